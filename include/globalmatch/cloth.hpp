@@ -1,0 +1,133 @@
+// Cloth simulation: what a cloth looks like that falls on the ground turned upside down ([GM] 3.1, after
+// [CSF]). [CSF] Zhang et al. 2016, An easy-to-use airborne LiDAR data filtering method based on cloth
+// simulation, Remote Sensing 8(6), 501. Cost: particles times iterations, until the cloth is at rest.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/execution.hpp"
+
+namespace globalmatch {
+
+struct cloth_options {
+  double resolution = 0.5;   ///< [m] distance of particles (GR; [CSF] 0.5)
+  int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
+  double time_step = 0.65;   ///< ([CSF] dT)
+  double gravity = 0.2;      ///< [m] a squared unit of time (ours: [CSF] names no value)
+  int max_iterations = 500;  ///< ([CSF])
+  double at_rest = 0.005;    ///< [m] the cloth is at rest when no particle moves further in a step (ours)
+  double slope_step = 0.3;   ///< [m] slope post-processing: a hanging particle drops to its ground where that
+                             ///< lies within this of a resting neighbour's ([CSF] h_cc)
+};
+
+/// Heights of the cloth over a raster of lowest points.
+struct cloth {
+  int columns, rows;
+  std::vector<float> heights;  ///< [m] row by row
+};
+
+namespace detail {
+
+/// Calls `visit(j)` for the cells that share an edge with cell i of a raster.
+template <class Visit>
+void for_each_edge_neighbor(std::size_t i, int columns, int rows, const Visit& visit) {
+  const std::size_t width = std::size_t(columns), c = i % width, r = i / width;
+  if (c > 0) visit(i - 1);
+  if (c + 1 < width) visit(i + 1);
+  if (r > 0) visit(i - width);
+  if (r + 1 < std::size_t(rows)) visit(i + width);
+}
+
+/// Gives empty cells (NaN) the value of the nearest cell that has one, in steps along rows and columns ([CSF]
+/// IHV).
+inline void fill_from_nearest(std::vector<float>& values, int columns, int rows) {
+  std::vector<std::size_t> front;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!std::isnan(values[i])) front.push_back(i);
+  for (std::size_t k = 0; k < front.size(); ++k)
+    for_each_edge_neighbor(front[k], columns, rows, [&](std::size_t j) {
+      if (!std::isnan(values[j])) return;
+      values[j] = values[front[k]];
+      front.push_back(j);
+    });
+}
+
+}  // namespace detail
+
+/// Lays a cloth under the ground. `lowest` holds a height per cell [m], row by row, NaN where there is none;
+/// at least one is needed. Seen upside down the ground is what the cloth falls on and the trees hang below
+/// it: particles fall under gravity, stay where they meet the ground, and pull on their neighbours.
+inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
+                            const cloth_options& options = {}, const execution& how = {}) {
+  detail::fill_from_nearest(lowest, columns, rows);
+  // From here on all heights are upside down.
+  for (float& z : lowest) z = -z;
+  const std::vector<float>& ground = lowest;
+  std::vector<float> height(ground.size(), *std::max_element(ground.begin(), ground.end()));
+  std::vector<float> before = height;
+  std::vector<std::uint8_t> resting(ground.size(), 0);
+  const auto fall = static_cast<float>(options.gravity * options.time_step * options.time_step);
+
+  const auto collide = [&](std::size_t i) {
+    if (height[i] > ground[i]) return;
+    height[i] = ground[i];
+    resting[i] = 1;
+  };
+  const auto pull = [&](std::size_t i, std::size_t j) {
+    const float difference = height[j] - height[i];
+    if (!resting[i] && !resting[j]) {
+      height[i] += difference / 4;
+      height[j] -= difference / 4;
+    } else if (!resting[i]) {
+      height[i] += difference / 2;
+    } else if (!resting[j]) {
+      height[j] -= difference / 2;
+    }
+  };
+
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
+    if (iteration % 16 == 0) report_progress(how, "ground", double(iteration) / options.max_iterations);
+    float moved = 0;
+    for (std::size_t i = 0; i < height.size(); ++i) {
+      if (resting[i]) continue;
+      const float now = height[i];
+      height[i] += (now - before[i]) - fall;  // Verlet integration, [CSF] Eq. (4)
+      before[i] = now;
+    }
+    for (int round = 0; round < options.rigidness; ++round)
+      for (int r = 0; r < rows; ++r)
+        for (int c = 0; c < columns; ++c) {
+          const std::size_t i = std::size_t(r) * std::size_t(columns) + std::size_t(c);
+          if (c + 1 < columns) pull(i, i + 1);
+          if (r + 1 < rows) pull(i, i + std::size_t(columns));
+        }
+    for (std::size_t i = 0; i < height.size(); ++i) {
+      if (resting[i]) continue;
+      collide(i);
+      moved = std::max(moved, std::abs(height[i] - before[i]));
+    }
+    if (moved < options.at_rest) break;
+  }
+
+  // Slope post-processing: steep ground holds up the cloth's edge, so contact spreads from resting particles.
+  std::vector<std::size_t> contact;
+  for (std::size_t i = 0; i < height.size(); ++i)
+    if (resting[i]) contact.push_back(i);
+  for (std::size_t k = 0; k < contact.size(); ++k)
+    detail::for_each_edge_neighbor(contact[k], columns, rows, [&](std::size_t j) {
+      if (resting[j] || std::abs(ground[j] - ground[contact[k]]) > options.slope_step) return;
+      height[j] = ground[j];
+      resting[j] = 1;
+      contact.push_back(j);
+    });
+  for (float& z : height) z = -z;
+  return {columns, rows, std::move(height)};
+}
+
+}  // namespace globalmatch

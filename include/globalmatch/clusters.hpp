@@ -1,0 +1,99 @@
+// Euclidean clusters ([GM] 3.1): points joined, directly or through others, by steps shorter than a link
+// distance. Cost: O(n log n) and the number of links.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/execution.hpp"
+#include "globalmatch/local_points.hpp"
+#include "globalmatch/neighbors.hpp"
+#include "globalmatch/points.hpp"
+
+namespace globalmatch {
+
+/// Groups of points in one flat array: cluster c is `members[first[c]] ... members[first[c + 1] - 1]`.
+struct point_clusters {
+  std::vector<point_index> members;      ///< increasing within each cluster
+  std::vector<std::size_t> first = {0};  ///< one more entry than clusters
+
+  std::size_t size() const { return first.size() - 1; }
+  std::span<const point_index> operator[](std::size_t c) const {
+    return std::span(members).subspan(first[c], first[c + 1] - first[c]);
+  }
+};
+
+namespace detail {
+
+/// Disjoint sets whose representative is their least member, so that the order of joining does not matter.
+class disjoint_sets {
+ public:
+  explicit disjoint_sets(std::size_t count) : parent_(count) {
+    for (std::size_t i = 0; i < count; ++i) parent_[i] = static_cast<point_index>(i);
+  }
+  point_index find(point_index i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(point_index i, point_index j) {
+    i = find(i);
+    j = find(j);
+    if (i < j)
+      parent_[j] = i;
+    else
+      parent_[i] = j;
+  }
+
+ private:
+  std::vector<point_index> parent_;
+};
+
+}  // namespace detail
+
+/// Clusters of at least `least_points` points, ordered by their first point. Two points are linked when they
+/// are nearer than the larger of their link distances [m].
+inline point_clusters cluster_points(const local_points& points, std::span<const float> link_distances,
+                                     std::size_t least_points, const execution& how = {}) {
+  if (link_distances.size() != points.size())
+    throw std::invalid_argument("link_distances must hold one distance for each point");
+  const neighbor_tree<float, 3> tree(points.size(), [&](std::size_t i) { return points[i]; });
+  detail::disjoint_sets sets(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i % 65536 == 0) report_progress(how, "clusters", double(i) / double(points.size()));
+    tree.for_each_within({points.x[i], points.y[i], points.z[i]}, link_distances[i],
+                         [&](std::uint32_t j, float) { sets.join(static_cast<point_index>(i), j); });
+  }
+
+  std::vector<std::size_t> size_of(points.size(), 0), place(points.size(), 0);
+  for (point_index i = 0; i < points.size(); ++i) ++size_of[sets.find(i)];
+  point_clusters clusters;
+  for (point_index i = 0; i < points.size(); ++i) {
+    if (size_of[i] == 0 || size_of[i] < least_points) continue;
+    place[i] = clusters.first.back();
+    clusters.first.push_back(place[i] + size_of[i]);
+  }
+  clusters.members.resize(clusters.first.back());
+  for (point_index i = 0; i < points.size(); ++i) {
+    const point_index representative = sets.find(i);
+    if (size_of[representative] >= least_points) clusters.members[place[representative]++] = i;
+  }
+  return clusters;
+}
+
+/// The same with one link distance [m] for points of the caller's. Members are indices into `points`; points
+/// that are not finite belong to no cluster.
+template <point_range R>
+point_clusters cluster_points(const R& points, double link_distance, std::size_t least_points = 1,
+                              const execution& how = {}) {
+  if (!(link_distance > 0)) throw std::invalid_argument("link_distance must be positive");
+  const local_points local = import_points(points);
+  const std::vector<float> links(local.size(), static_cast<float>(link_distance));
+  point_clusters clusters = cluster_points(local, links, least_points, how);
+  for (point_index& i : clusters.members) i = local.index[i];
+  return clusters;
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,219 @@
+// Cylinder ([GM] 3.1): RANSAC (Fischler and Bolles 1981) over a few oriented points, then least squares.
+// In: points with normals in a levelled local frame. Out: the cylinder most of them lie on.
+// [GM] gives no values for RANSAC: the options are ours. Cost: draws times points.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/random.hpp"
+
+namespace globalmatch {
+
+struct cylinder_options {
+  double smallest_radius = 0.02;  ///< [m] (ours)
+  double largest_radius = 0.60;   ///< [m] (ours)
+  double largest_lean = 25;       ///< [degrees] between axis and up (ours)
+  /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
+  /// stems are fitted.
+  std::optional<double> distance_tolerance;
+  int draws = 300;  ///< at most this many hypotheses (ours)
+  std::uint64_t seed = 1;
+};
+
+/// Tolerance when neither the caller nor the scan says one.
+constexpr double default_distance_tolerance = 0.02;  // [m]
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const cylinder_options& options) {
+  if (!(options.smallest_radius > 0 && options.smallest_radius < options.largest_radius))
+    throw std::invalid_argument(
+        "cylinder.smallest_radius must be positive and less than cylinder.largest_radius");
+  if (!(options.largest_lean >= 0 && options.largest_lean < 90))
+    throw std::invalid_argument("cylinder.largest_lean must lie in [0, 90) degrees");
+  if (options.distance_tolerance && !(*options.distance_tolerance > 0))
+    throw std::invalid_argument("cylinder.distance_tolerance must be positive");
+  if (options.draws < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
+}
+
+/// An endless cylinder.
+struct cylinder {
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< [m] a point on the axis
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, pointing up
+  double radius = 0;                                ///< [m]
+
+  /// Distance [m] of p from the axis.
+  double axis_distance(const Eigen::Vector3d& p) const { return axis.cross(p - point).norm(); }
+  /// Signed distance [m] of p from the surface, negative inside.
+  double surface_distance(const Eigen::Vector3d& p) const { return axis_distance(p) - radius; }
+  /// Where the axis passes height z; requires an axis that is not horizontal.
+  Eigen::Vector3d at_height(double z) const { return point + axis * ((z - point.z()) / axis.z()); }
+};
+
+inline bool within_limits(const cylinder& c, const cylinder_options& options) {
+  return c.radius >= options.smallest_radius && c.radius <= options.largest_radius &&
+         c.axis.z() >= std::cos(options.largest_lean * std::numbers::pi / 180);
+}
+
+namespace detail {
+
+/// Circle through three points in a plane: (centre x, centre y, radius). Nothing when they are collinear.
+inline std::optional<Eigen::Vector3d> circle_through(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                                                     const Eigen::Vector2d& c) {
+  const Eigen::Vector2d u = b - a, v = c - a;
+  const double cross = u.x() * v.y() - u.y() * v.x();
+  if (std::abs(cross) < 1e-9) return std::nullopt;
+  const Eigen::Vector2d center = Eigen::Vector2d(v.y() * u.squaredNorm() - u.y() * v.squaredNorm(),
+                                                 u.x() * v.squaredNorm() - v.x() * u.squaredNorm()) /
+                                 (2 * cross);
+  return Eigen::Vector3d(a.x() + center.x(), a.y() + center.y(), center.norm());
+}
+
+/// Two unit vectors that complete `axis` to a right-handed frame.
+inline std::pair<Eigen::Vector3d, Eigen::Vector3d> plane_across(const Eigen::Vector3d& axis) {
+  const Eigen::Vector3d u = axis.unitOrthogonal();
+  return {u, axis.cross(u)};
+}
+
+/// The direction that most normals are perpendicular to: that of the axis, if the points are of one stem.
+inline Eigen::Vector3d common_direction(std::span<const Eigen::Vector3d> normals) {
+  Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& n : normals) moments += n * n.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments);
+  return solver.eigenvectors().col(0);
+}
+
+/// Sum of squared surface distances, cut off at the tolerance (MSAC); points inside count double, since a
+/// laser does not see into a stem. Stops once it exceeds `enough`.
+inline double surface_cost(const cylinder& c, std::span<const Eigen::Vector3d> points, double tolerance,
+                           double enough) {
+  const double cut = tolerance * tolerance;
+  double cost = 0;
+  for (const Eigen::Vector3d& p : points) {
+    const double d = c.surface_distance(p);
+    cost += d < -tolerance ? 2 * cut : std::min(d * d, cut);
+    if (cost >= enough) break;
+  }
+  return cost;
+}
+
+/// Normal equations of the surface distances, linear in (shift along u, shift along v, tilt towards u, tilt
+/// towards v, radius), over the points within `tolerance` of the surface.
+struct cylinder_equations {
+  Eigen::Vector3d u, v;
+  Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+  Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
+  std::size_t count = 0;
+
+  cylinder_equations(const cylinder& c, std::span<const Eigen::Vector3d> points, double tolerance) {
+    std::tie(u, v) = plane_across(c.axis);
+    for (const Eigen::Vector3d& p : points) {
+      const Eigen::Vector3d d = p - c.point;
+      const double along = c.axis.dot(d), du = u.dot(d), dv = v.dot(d);
+      const double distance = std::hypot(du, dv), residual = distance - c.radius;
+      if (std::abs(residual) >= tolerance || distance == 0) continue;
+      Eigen::Matrix<double, 5, 1> row;
+      row << du, dv, along * du, along * dv, distance;
+      row /= -distance;
+      normal += row * row.transpose();
+      right -= row * residual;
+      ++count;
+    }
+    constexpr double damping = 1e-6;  // a share of the points: keeps what they do not determine where it is
+    normal.diagonal().array() += damping * double(count);
+  }
+};
+
+}  // namespace detail
+
+/// Least squares over the five parameters of the cylinder (Gauss-Newton), over the points within `tolerance`
+/// [m] of the surface, chosen anew each round. `point` comes to lie beside their middle. Nothing when there
+/// are fewer than six, or when it leaves the limits.
+inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen::Vector3d> points,
+                                               double tolerance, const cylinder_options& options) {
+  constexpr int rounds = 8;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) middle += p / double(points.size());
+  c.point += c.axis * c.axis.dot(middle - c.point);  // the axis turns about this point
+  for (int round = 0; round < rounds; ++round) {
+    const detail::cylinder_equations equations(c, points, tolerance);
+    if (equations.count < 6) return std::nullopt;
+    const Eigen::Matrix<double, 5, 1> step = equations.normal.ldlt().solve(equations.right);
+    c.point += step(0) * equations.u + step(1) * equations.v;
+    c.axis = (c.axis + step(2) * equations.u + step(3) * equations.v).normalized();
+    c.radius += step(4);
+    if (!step.allFinite() || !within_limits(c, options)) return std::nullopt;
+    if (step.norm() < 1e-7) break;
+  }
+  return c;
+}
+
+/// Standard deviation [m] of the axis at `c.point`, across its worst direction, when points scatter by
+/// `sigma` [m] about the surface: large when they show little of its curve.
+inline double axis_uncertainty(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma) {
+  const detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
+  const Eigen::Matrix2d covariance = equations.normal.inverse().topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
+  return sigma * std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+}
+
+/// The cylinder that most of the points lie on, by RANSAC and then least squares. `normals` are unit, of any
+/// sign. The draws come from `random`. Nothing when no draw gives a cylinder within the limits.
+inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> points,
+                                            std::span<const Eigen::Vector3d> normals,
+                                            const cylinder_options& options, random_source& random) {
+  if (points.size() != normals.size())
+    throw std::invalid_argument("normals must hold one vector for each point");
+  if (points.size() < 6) return std::nullopt;
+  const double tolerance = options.distance_tolerance.value_or(default_distance_tolerance);
+  const auto count = static_cast<std::uint32_t>(points.size());
+  const Eigen::Vector3d common = detail::common_direction(normals);
+
+  std::optional<cylinder> best;
+  double least_cost = std::numeric_limits<double>::infinity();
+  for (int draw = 0; draw < options.draws; ++draw) {
+    const std::uint32_t i = random.below(count), j = random.below(count), k = random.below(count);
+    if (i == j || j == k || i == k) continue;
+    // Normals of sparse points are rough: their common direction, or up, then serves better than those of two
+    // points.
+    cylinder c;
+    c.axis = draw % 3 == 0 ? normals[i].cross(normals[j]) : draw % 3 == 1 ? common : Eigen::Vector3d::UnitZ();
+    if (c.axis.norm() < 0.3) continue;
+    c.axis.normalize();
+    if (c.axis.z() < 0) c.axis = -c.axis;
+    const auto [u, v] = detail::plane_across(c.axis);
+    const auto in_plane = [&, u = u, v = v](const Eigen::Vector3d& p) {
+      return Eigen::Vector2d(u.dot(p), v.dot(p));
+    };
+    const auto circle = detail::circle_through(in_plane(points[i]), in_plane(points[j]), in_plane(points[k]));
+    if (!circle) continue;
+    c.point = u * circle->x() + v * circle->y() + c.axis * c.axis.dot(points[i]);
+    c.radius = circle->z();
+    if (!within_limits(c, options)) continue;
+    const double cost = detail::surface_cost(c, points, tolerance, least_cost);
+    if (cost < least_cost) {
+      least_cost = cost;
+      best = c;
+    }
+  }
+  if (!best) return std::nullopt;
+  return refine_cylinder(*best, points, tolerance, options);
+}
+
+}  // namespace globalmatch

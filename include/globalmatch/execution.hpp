@@ -1,0 +1,109 @@
+// How to run: threads, progress, cancel. The one seam to OpenMP.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#ifdef _OPENMP
+#include <omp.h>
+/// Whatever runs in parallel lives in an inline namespace named by the threading it was compiled with, so
+/// that translation units built with and without OpenMP can be linked into one program.
+#define GLOBALMATCH_THREADING with_openmp
+#else
+#define GLOBALMATCH_THREADING without_openmp
+#endif
+
+namespace globalmatch {
+
+/// What a progress callback is told.
+struct progress {
+  std::string_view stage;  ///< name of the step at work, e.g. "verticality"
+  double fraction = 0;     ///< share of that step that is done, 0 to 1
+};
+
+/// How to run. The results are the same bits whatever is asked for here.
+struct execution {
+  /// Number of threads; 0: as many as OpenMP would take. 1 without OpenMP.
+  int threads = 0;
+  /// Called on the calling thread; returning false cancels. May be empty.
+  std::function<bool(const progress&)> on_progress = {};
+};
+
+/// Thrown by single steps when the progress callback returned false. `map_stems`, `match_stems`,
+/// `register_maps` and `register_scans` catch it and return `outcome::cancelled`.
+struct operation_cancelled : std::runtime_error {
+  operation_cancelled() : std::runtime_error("cancelled by the progress callback") {}
+};
+
+/// Reports progress from the calling thread. Throws `operation_cancelled`.
+inline void report_progress(const execution& how, std::string_view stage, double fraction) {
+  if (how.on_progress && !how.on_progress({stage, fraction})) throw operation_cancelled();
+}
+
+/// Throws `std::invalid_argument` when a field of `how` makes no sense.
+inline void require_valid(const execution& how) {
+  if (how.threads < 0) throw std::invalid_argument("execution.threads must be 0 (all) or more");
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Threads that `parallel_chunks` will use.
+inline int thread_count(const execution& how) {
+  require_valid(how);
+#ifdef _OPENMP
+  return how.threads > 0 ? how.threads : omp_get_max_threads();
+#else
+  return 1;
+#endif
+}
+
+/// Calls `work(begin, end)` over [0, count) in chunks of `chunk`, in parallel. Chunks do not depend on the
+/// number of threads, so whatever is written or summed per chunk is the same for any. The first exception in
+/// chunk order is rethrown on the calling thread. Progress is reported, and cancel is heard, from the calling
+/// thread.
+template <class Work>
+void parallel_chunks(const execution& how, std::string_view stage, std::size_t count, std::size_t chunk,
+                     const Work& work) {
+  const auto chunks = static_cast<std::ptrdiff_t>((count + chunk - 1) / chunk);
+  std::vector<std::exception_ptr> errors(static_cast<std::size_t>(chunks));
+  std::atomic<bool> stop = false;
+  const auto run = [&](std::ptrdiff_t c, bool calling_thread) {
+    try {
+      const std::size_t begin = static_cast<std::size_t>(c) * chunk;
+      work(begin, std::min(count, begin + chunk));
+      if (calling_thread) report_progress(how, stage, double(c + 1) / double(chunks));
+    } catch (...) {
+      errors[static_cast<std::size_t>(c)] = std::current_exception();
+      return false;
+    }
+    return true;
+  };
+#ifdef _OPENMP
+#pragma omp parallel for schedule(dynamic, 1) num_threads(thread_count(how))
+  for (std::ptrdiff_t c = 0; c < chunks; ++c) {
+    if (!stop && !run(c, omp_get_thread_num() == 0)) stop = true;
+  }
+#else
+  for (std::ptrdiff_t c = 0; c < chunks && !stop; ++c) stop = !run(c, true);
+#endif
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
+/// `parallel_chunks` with one call `work(i)` for each index.
+template <class Work>
+void parallel_for(const execution& how, std::string_view stage, std::size_t count, const Work& work,
+                  std::size_t chunk = 1024) {
+  parallel_chunks(how, stage, count, chunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) work(i);
+  });
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace globalmatch

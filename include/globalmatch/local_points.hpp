@@ -1,0 +1,103 @@
+// The structure of arrays that all mapping steps share once a scan has crossed the border.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "globalmatch/points.hpp"
+
+namespace globalmatch {
+
+/// A levelled frame near the points: its z axis is `up`. For `up` = +z it only shifts, so that coordinates
+/// stay exact.
+struct local_frame {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< [m] in the frame of the scan
+  Eigen::Matrix3d local_from_scan_rotation = Eigen::Matrix3d::Identity();
+
+  Eigen::Vector3d to_local(const Eigen::Vector3d& p) const { return local_from_scan_rotation * (p - origin); }
+  Eigen::Vector3d to_scan(const Eigen::Vector3d& p) const {
+    return local_from_scan_rotation.transpose() * p + origin;
+  }
+};
+
+/// Rotation that turns `up` into +z. Throws `std::invalid_argument` when `up` is zero or not finite.
+inline Eigen::Matrix3d levelling_rotation(const Eigen::Vector3d& up) {
+  if (!up.allFinite() || up.norm() == 0)
+    throw std::invalid_argument("up must be a finite vector other than zero");
+  const Eigen::Vector3d direction = up.normalized();
+  if (direction == Eigen::Vector3d::UnitZ()) return Eigen::Matrix3d::Identity();
+  return Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+/// Points of a scan in local float coordinates (good to 0.1 mm within a kilometre), each with its index in
+/// the scan. It is itself a point range, in the local frame.
+class local_points {
+ public:
+  local_frame frame;
+  std::vector<float> x, y, z;      ///< [m], local frame
+  std::vector<point_index> index;  ///< in the caller's range
+
+  std::size_t size() const { return x.size(); }
+  Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+
+  void push_back(const Eigen::Vector3f& p, point_index i) {
+    x.push_back(p.x());
+    y.push_back(p.y());
+    z.push_back(p.z());
+    index.push_back(i);
+  }
+  void reserve(std::size_t count) {
+    x.reserve(count);
+    y.reserve(count);
+    z.reserve(count);
+    index.reserve(count);
+  }
+};
+
+/// The chosen ones of `points`, in the order of `chosen` (positions in `points`, not in the scan).
+inline local_points select(const local_points& points, const std::vector<point_index>& chosen) {
+  local_points result;
+  result.frame = points.frame;
+  result.reserve(chosen.size());
+  for (const point_index i : chosen) result.push_back(points[i], points.index[i]);
+  return result;
+}
+
+/// Calls `visit(p, i)` for the finite points of a scan, in order, with their coordinates as doubles. Returns
+/// how many were not finite and left out. Throws `std::invalid_argument` when there are more points than
+/// `point_index` can name.
+template <point_range R, class Visit>
+std::size_t for_each_finite(const R& scan, const Visit& visit) {
+  std::size_t i = 0, skipped = 0;
+  for (const auto& p : scan) {
+    if (i >= std::numeric_limits<point_index>::max())
+      throw std::invalid_argument("scan: more than 2^32 - 1 points; thin it or split it");
+    const Eigen::Vector3d v = xyz(p);
+    if (v.allFinite())
+      visit(v, static_cast<point_index>(i));
+    else
+      ++skipped;
+    ++i;
+  }
+  return skipped;
+}
+
+/// All finite points of a range in a levelled local frame whose origin is the first of them.
+template <point_range R>
+local_points import_points(const R& scan, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+  local_points result;
+  result.frame.local_from_scan_rotation = levelling_rotation(up);
+  for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
+    if (result.size() == 0) result.frame.origin = p;
+    result.push_back(result.frame.to_local(p).template cast<float>(), i);
+  });
+  return result;
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,146 @@
+// Stem mapping ([GM] 3.1): a scan -> its stem map. The steps above composed, nothing else.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <vector>
+
+#include "globalmatch/clusters.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/ground.hpp"
+#include "globalmatch/local_points.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/stem_positions.hpp"
+#include "globalmatch/understory.hpp"
+#include "globalmatch/verticality.hpp"
+#include "globalmatch/voxel_grid.hpp"
+
+namespace globalmatch {
+
+struct mapping_options {
+  ground_options ground;
+  understory_options understory;
+  double voxel_size = 0.01;  ///< [m] ([GM] 3.1: 0.01)
+  globalmatch::verticality_options verticality;
+  /// [m] stem points nearer than this are of one cluster ([GM] gives no value). Empty: three times the
+  /// spacing of points at hand, at least 0.05.
+  std::optional<double> link_distance;
+  stem_cylinder_options stems;
+};
+
+/// How many points and finds each step left.
+struct mapping_funnel {
+  ground_funnel ground;
+  std::size_t understory = 0;   ///< points in the understory layer
+  std::size_t thinned = 0;      ///< of these one a voxel
+  std::size_t stem_points = 0;  ///< of these vertical ones
+  std::size_t clusters = 0;     ///< groups of stem points
+  std::size_t cylinders = 0;    ///< found in them
+  std::size_t stems = 0;        ///< after merging and meeting the terrain
+};
+
+/// What is known of a scan once its stems are mapped; everything that matching and registration need.
+struct stem_map {
+  std::vector<stem> stems;                        ///< ordered by position, frame of the scan
+  globalmatch::terrain terrain;                   ///< heights, local frame
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, frame of the scan
+  double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together
+  double spacing_far = 0;         ///< [m] a tenth are wider apart
+  double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
+  std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
+  std::vector<Eigen::Vector3d> stem_samples;    ///< thinned points on the stems, frame of the scan
+  mapping_funnel funnel;
+  bool cancelled = false;  ///< the progress callback said so; nothing else is filled
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const mapping_options& options) {
+  require_valid(options.ground);
+  require_valid(options.understory);
+  require_valid(options.verticality);
+  require_valid(options.stems);
+  if (!(options.voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
+  if (options.link_distance && !(*options.link_distance > 0))
+    throw std::invalid_argument("link_distance must be positive");
+}
+
+namespace detail {
+
+inline double spacing_quantile(const std::vector<local_surface>& surfaces, double share) {
+  if (surfaces.empty()) return 0;
+  std::vector<float> spacings;
+  for (const local_surface& s : surfaces) spacings.push_back(s.spacing);
+  const auto at = spacings.begin() + std::ptrdiff_t(share * double(spacings.size() - 1));
+  std::nth_element(spacings.begin(), at, spacings.end());
+  return *at;
+}
+
+/// Clusters of the vertical points; members are positions in the understory.
+inline point_clusters cluster_stem_points(const local_points& understory,
+                                          const std::vector<local_surface>& surfaces,
+                                          const std::vector<point_index>& vertical,
+                                          const mapping_options& options, const execution& how) {
+  constexpr float least_link = 0.05f, spacings = 3;
+  std::vector<float> links;
+  for (const point_index i : vertical)
+    links.push_back(options.link_distance ? static_cast<float>(*options.link_distance)
+                                          : std::max(least_link, spacings * surfaces[i].spacing));
+  const auto least_points = std::size_t(options.stems.least_points);
+  point_clusters clusters = cluster_points(select(understory, vertical), links, least_points, how);
+  for (point_index& i : clusters.members) i = vertical[i];
+  return clusters;
+}
+
+}  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
+/// are read in two forward passes. No stems is an answer: the funnel then tells where they were lost. Throws
+/// `std::invalid_argument` naming a bad option.
+template <point_range R>
+stem_map map_stems(const R& scan, const mapping_options& options = {},
+                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+  require_valid(options);
+  stem_map map;
+  map.up = up.normalized();
+  ground_model ground = model_ground(scan, options.ground, up, how);
+  map.funnel.ground = ground.funnel;
+  map.terrain = std::move(ground.terrain);
+
+  local_points understory = select_understory(scan, map.terrain, options.understory, how);
+  map.funnel.understory = understory.size();
+  understory = select(understory, thin_by_voxels(understory, options.voxel_size));
+  map.funnel.thinned = understory.size();
+
+  const auto surfaces = estimate_surfaces(understory, options.verticality, how);
+  map.spacing_near = detail::spacing_quantile(surfaces, 0.1);
+  map.spacing_far = detail::spacing_quantile(surfaces, 0.9);
+  const auto vertical = select_stem_points(surfaces, options.verticality);
+  map.funnel.stem_points = vertical.size();
+  const auto clusters = detail::cluster_stem_points(understory, surfaces, vertical, options, how);
+  map.funnel.clusters = clusters.size();
+
+  const auto found = find_stem_cylinders(understory, surfaces, clusters, options.stems, how);
+  map.distance_tolerance = found.distance_tolerance;
+  map.funnel.cylinders = found.stems.size();
+  const auto cylinders = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
+  map.stems = locate_stems(cylinders, understory, map.terrain);
+  map.funnel.stems = map.stems.size();
+
+  for (const Eigen::Vector3f& p : map.terrain.ground)
+    map.ground_samples.push_back(map.terrain.frame.to_scan(p.cast<double>()));
+  for (const stem_cylinder& stem : cylinders)
+    for (const point_index i : stem.support)
+      map.stem_samples.push_back(map.terrain.frame.to_scan(understory[i].cast<double>()));
+  return map;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace globalmatch

@@ -1,0 +1,123 @@
+// Stem positions ([GM] 3.1): where a stem's axis meets the terrain. Fragments of one stem become one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/cylinder.hpp"
+#include "globalmatch/local_points.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/terrain.hpp"
+
+namespace globalmatch {
+
+/// A stem, in the frame of its scan.
+struct stem {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] where the axis meets the terrain
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit, pointing up
+  double radius = 0;                                   ///< [m]
+  double position_sigma = 0;                           ///< [m] uncertainty in plan of the axis
+  bool ground_seen = true;                             ///< false: the terrain is interpolated there
+  std::vector<point_index> support;                    ///< points of the scan that lie on it, increasing
+};
+
+template <>
+struct point_traits<stem> {
+  static const Eigen::Vector3d& xyz(const stem& s) { return s.position; }
+  static double radius(const stem& s) { return s.radius; }
+  static double position_sigma(const stem& s) { return s.position_sigma; }
+};
+
+/// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
+inline std::optional<Eigen::Vector3d> meet_terrain(const cylinder& c, const terrain& ground) {
+  constexpr int rounds = 20;
+  constexpr double close_enough = 1e-9;  // [m]
+  Eigen::Vector3d p = c.point;
+  for (int round = 0; round < rounds; ++round) {
+    if (!ground.covers(p.x(), p.y())) return std::nullopt;
+    const double z = ground.interpolated_height(p.x(), p.y());
+    const double step = std::abs(z - p.z());
+    p = c.at_height(z);
+    if (step < close_enough) break;
+  }
+  if (!ground.covers(p.x(), p.y())) return std::nullopt;
+  return p;
+}
+
+/// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork): those whose
+/// axes come within the larger radius of each other on the ground or at a height where one of them was seen.
+/// The better supported one stays, refined over both. Cylinders that do not meet the terrain are left out.
+inline std::vector<stem_cylinder> merge_fragments(const stem_cylinders& found, const local_points& understory,
+                                                  const terrain& ground, const cylinder_options& options) {
+  struct rooted {
+    stem_cylinder stem;
+    double ground_height;
+  };
+  std::vector<rooted> fragments, merged;
+  for (const stem_cylinder& s : found.stems)
+    if (const auto foot = meet_terrain(s.cylinder, ground)) fragments.push_back({s, foot->z()});
+  std::stable_sort(fragments.begin(), fragments.end(), [](const rooted& a, const rooted& b) {
+    return a.stem.support.size() > b.stem.support.size();
+  });
+  const auto same_stem = [](const rooted& a, const rooted& b) {
+    const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
+    const auto touch = [&](double z) {
+      return (ca.at_height(z) - cb.at_height(z)).norm() < std::max(ca.radius, cb.radius);
+    };
+    return touch(a.ground_height) || touch(ca.point.z()) || touch(cb.point.z());
+  };
+  for (rooted& fragment : fragments) {
+    const auto whole =
+        std::find_if(merged.begin(), merged.end(), [&](const rooted& r) { return same_stem(r, fragment); });
+    if (whole == merged.end()) {
+      merged.push_back(std::move(fragment));
+      continue;
+    }
+    std::vector<point_index> support;
+    std::set_union(whole->stem.support.begin(), whole->stem.support.end(), fragment.stem.support.begin(),
+                   fragment.stem.support.end(), std::back_inserter(support));
+    std::vector<Eigen::Vector3d> both;
+    for (const point_index i : support) both.push_back(understory[i].cast<double>());
+    if (const auto refined = refine_cylinder(whole->stem.cylinder, both, found.distance_tolerance, options))
+      whole->stem.cylinder = *refined;
+    whole->stem.support = std::move(support);
+  }
+  std::vector<stem_cylinder> stems;
+  for (rooted& r : merged) stems.push_back(std::move(r.stem));
+  return stems;
+}
+
+/// Stems in the frame of the scan, for the cylinders whose axes meet the terrain, ordered by position (x, y,
+/// z). `points` are the stem points that the supports count in.
+inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinders, const local_points& points,
+                                      const terrain& ground) {
+  std::vector<stem> stems;
+  for (const stem_cylinder& found : cylinders) {
+    const auto position = meet_terrain(found.cylinder, ground);
+    if (!position) continue;
+    stem s;
+    s.position = ground.frame.to_scan(*position);
+    s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
+    s.radius = found.cylinder.radius;
+    s.position_sigma = found.position_sigma;
+    s.ground_seen = ground.knows(position->x(), position->y());
+    for (const point_index i : found.support) s.support.push_back(points.index[i]);
+    std::sort(s.support.begin(), s.support.end());
+    stems.push_back(std::move(s));
+  }
+  std::sort(stems.begin(), stems.end(), [](const stem& a, const stem& b) {
+    return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
+                                        b.position.end());
+  });
+  return stems;
+}
+
+}  // namespace globalmatch
