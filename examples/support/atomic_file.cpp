@@ -1,0 +1,72 @@
+#include "support/atomic_file.hpp"
+
+#include <limits>
+#include <locale>
+#include <random>
+#include <string>
+#include <system_error>
+
+#include "support/file_error.hpp"
+
+namespace globalmatch::support {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Renaming onto a link would replace the link instead of the file it stands for.
+fs::path behind_links(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_symlink(path, ignored) ? fs::weakly_canonical(path) : path;
+}
+
+fs::path temporary_sibling(const fs::path& path) {
+  std::random_device random;
+  fs::path sibling = path;
+  sibling += "." + std::to_string(random()) + ".part";
+  return sibling;
+}
+
+bool is_device(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored) && fs::is_other(path, ignored);
+}
+
+}  // namespace
+
+atomic_file::atomic_file(const fs::path& path) : path_(is_device(path) ? path : behind_links(path)) {
+  if (fs::is_directory(path_)) throw file_error(path, "is a directory", "Name a file to write");
+  const fs::path directory = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
+  if (!fs::is_directory(directory))
+    throw file_error(path, "its directory " + directory.string() + " does not exist",
+                     "Create it first: mkdir -p " + directory.string());
+
+  written_ = is_device(path_) ? path_ : temporary_sibling(path_);
+  stream_.open(written_, std::ios::binary);
+  if (!stream_)
+    throw file_error(path, "cannot be written in " + directory.string(),
+                     "Check the permissions of that directory, or write to another one");
+  stream_.imbue(std::locale::classic());
+  stream_.precision(std::numeric_limits<double>::max_digits10);
+}
+
+atomic_file::~atomic_file() {
+  if (written_.empty() || written_ == path_) return;
+  stream_.close();
+  std::error_code ignored;
+  fs::remove(written_, ignored);
+}
+
+void atomic_file::commit() {
+  stream_.close();
+  if (!stream_)
+    throw file_error(path_, "could not be written to its end", "Check the free space of the disk");
+  std::error_code error;
+  if (written_ != path_) fs::rename(written_, path_, error);
+  if (error)
+    throw file_error(path_, "could not be replaced: " + error.message(),
+                     "Check the permissions of the file and its directory");
+  written_.clear();
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,34 @@
+// A file that is written whole or not at all.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <ostream>
+
+namespace globalmatch::support {
+
+/// Collects what is written in a temporary sibling of `path`, which takes the place of `path` on `commit()`.
+/// Without `commit()` the sibling is removed and whatever was at `path` stays as it was. Numbers are written
+/// with 17 significant digits (a double read back is the same bits) and a decimal point in every locale.
+/// Devices and pipes, e.g. /dev/stdout, are written directly.
+class atomic_file {
+ public:
+  /// Throws `file_error` when `path` is a directory, or its directory is missing or not writable.
+  explicit atomic_file(const std::filesystem::path& path);
+  ~atomic_file();
+  atomic_file(const atomic_file&) = delete;
+  atomic_file& operator=(const atomic_file&) = delete;
+
+  std::ostream& stream() { return stream_; }
+
+  /// Puts the file in its place. Throws `file_error` when not everything could be written.
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path
+      written_;  ///< the temporary sibling; `path_` itself for devices; empty when committed
+  std::ofstream stream_;
+};
+
+}  // namespace globalmatch::support

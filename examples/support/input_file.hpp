@@ -1,0 +1,67 @@
+// Internal to the readers: a file read from front to back in large blocks.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace globalmatch::support {
+
+/// A regular file of known size with a cursor in it. No call allocates more than the file holds, whatever
+/// sizes the file claims. Bytes and lines that are handed out stay valid until the next call.
+class input_file {
+ public:
+  /// Throws `file_error` when there is no regular file at `path` or it cannot be opened. A UTF-8 byte order
+  /// mark is passed over.
+  explicit input_file(std::filesystem::path path);
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Bytes from the cursor to the end of the file.
+  std::uint64_t remaining() const { return buffered() + unread_; }
+  /// Lines handed out so far: the number of the current line, counted from 1.
+  std::size_t line_number() const { return line_number_; }
+
+  /// The next bytes without moving the cursor: `count` of them, or all there are.
+  std::string_view peek(std::size_t count);
+
+  /// The next `count` bytes. Throws `file_error` when the file ends before.
+  const char* read(std::size_t count) {
+    if (count > buffered()) fetch(count);
+    const char* bytes = buffer_.data() + begin_;
+    begin_ += count;
+    return bytes;
+  }
+
+  /// Moves the cursor. Throws `file_error` when the file ends before.
+  void skip(std::uint64_t count);
+
+  /// The next line without its line end (LF or CRLF); empty at the end of the file. Throws `file_error` when
+  /// a line is too long for any text file.
+  std::optional<std::string_view> read_line();
+
+  /// Throws `file_error` for the file as a whole.
+  [[noreturn]] void fail(std::string_view problem, std::string_view remedy) const;
+  /// Throws `file_error` for the current line.
+  [[noreturn]] void fail_at_line(std::string_view problem, std::string_view remedy) const;
+  /// Throws `file_error` for a file that holds less than its header says.
+  [[noreturn]] void fail_truncated() const;
+
+ private:
+  std::size_t buffered() const { return end_ - begin_; }
+  void fetch(std::size_t count);
+
+  std::filesystem::path path_;
+  std::ifstream stream_;
+  std::uint64_t unread_ = 0;  ///< bytes of the file that have not come into the buffer yet
+  std::vector<char> buffer_;
+  std::size_t begin_ = 0;  ///< the cursor in the buffer
+  std::size_t end_ = 0;
+  std::size_t line_number_ = 0;
+};
+
+}  // namespace globalmatch::support

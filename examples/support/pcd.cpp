@@ -1,0 +1,181 @@
+// The PCD format of the Point Cloud Library: a text header that declares fields, then the points as text,
+// binary, or binary sorted by field and compressed.
+#include <array>
+#include <bit>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "support/lzf.hpp"
+#include "support/scalars.hpp"
+#include "support/scan_formats.hpp"
+#include "support/text_fields.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+constexpr std::string_view export_again = "Export the scan again as PCD 0.7 with x, y and z";
+
+struct pcd_header {
+  std::vector<std::string> fields, sizes, types, counts;  ///< as many words each
+  std::optional<std::uint64_t> width, height, points;
+  std::string data;
+};
+
+// Where x, y and z are in a record.
+struct pcd_layout {
+  std::array<std::size_t, 3> columns = {};  ///< in a line of text
+  std::array<std::size_t, 3> offsets = {};  ///< [bytes] in a binary record
+  std::array<std::size_t, 3> strides = {};  ///< [bytes] from point to point where data are sorted by field
+  std::array<scalar, 3> types = {};
+  std::size_t record_columns = 0;
+  std::size_t record_size = 0;
+};
+
+std::vector<std::string> values_of(const std::vector<std::string_view>& words) {
+  return {words.begin() + 1, words.end()};
+}
+
+std::uint64_t require_count(const input_file& file, std::string_view word) {
+  const auto count = to_count(word);
+  if (!count) file.fail("has a PCD header with '" + std::string(word) + "' for a count", export_again);
+  return *count;
+}
+
+pcd_header parse_header(input_file& file) {
+  pcd_header header;
+  while (const auto line = file.read_line()) {
+    const std::vector<std::string_view> words = split(*line, ' ');
+    if (words.size() < 2) continue;
+    if (words[0] == "FIELDS") header.fields = values_of(words);
+    if (words[0] == "SIZE") header.sizes = values_of(words);
+    if (words[0] == "TYPE") header.types = values_of(words);
+    if (words[0] == "COUNT") header.counts = values_of(words);
+    if (words[0] == "WIDTH") header.width = require_count(file, words[1]);
+    if (words[0] == "HEIGHT") header.height = require_count(file, words[1]);
+    if (words[0] == "POINTS") header.points = require_count(file, words[1]);
+    if (words[0] == "DATA") {
+      header.data = words[1];
+      return header;
+    }
+  }
+  file.fail("has a PCD header without its DATA line", "It is probably truncated: copy or export it again");
+}
+
+std::optional<scalar> scalar_of(std::string_view type, std::string_view size) {
+  constexpr struct {
+    std::string_view type, size;
+    scalar value;
+  } known[] = {{"I", "1", scalar::int8},   {"U", "1", scalar::uint8},  {"I", "2", scalar::int16},
+               {"U", "2", scalar::uint16}, {"I", "4", scalar::int32},  {"U", "4", scalar::uint32},
+               {"I", "8", scalar::int64},  {"U", "8", scalar::uint64}, {"F", "4", scalar::float32},
+               {"F", "8", scalar::float64}};
+  for (const auto& k : known)
+    if (k.type == type && k.size == size) return k.value;
+  return std::nullopt;
+}
+
+pcd_layout layout_of(const input_file& file, const pcd_header& header) {
+  const std::size_t fields = header.fields.size();
+  if (header.sizes.size() != fields || header.types.size() != fields ||
+      (!header.counts.empty() && header.counts.size() != fields))
+    file.fail("has a PCD header whose FIELDS, SIZE, TYPE and COUNT differ in length", export_again);
+  pcd_layout layout;
+  std::array<int, 3> found = {};
+  for (std::size_t f = 0; f < fields; ++f) {
+    const auto type = scalar_of(header.types[f], header.sizes[f]);
+    const std::uint64_t count = header.counts.empty() ? 1 : require_count(file, header.counts[f]);
+    if (!type || count > std::numeric_limits<std::uint16_t>::max())
+      file.fail("has the PCD field '" + header.fields[f] + "' of an unknown type or size", export_again);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (header.fields[f] != std::string(1, "xyz"[axis]) || count == 0) continue;
+      ++found[axis];
+      layout.columns[axis] = layout.record_columns;
+      layout.offsets[axis] = layout.record_size;
+      layout.strides[axis] = size_of(*type) * count;
+      layout.types[axis] = *type;
+    }
+    layout.record_columns += count;
+    layout.record_size += size_of(*type) * count;
+  }
+  if (found != std::array{1, 1, 1})
+    file.fail("has a PCD header without the single fields x, y and z", export_again);
+  return layout;
+}
+
+// The number of points, which the header may give as rows and columns; the data have room for `room`.
+std::size_t point_count(const input_file& file, const pcd_header& header, std::uint64_t room) {
+  if (header.points) {
+    if (*header.points > room) file.fail_truncated();
+    return *header.points;
+  }
+  if (!header.width) file.fail("has a PCD header without POINTS and WIDTH", export_again);
+  const std::uint64_t height = header.height.value_or(1);
+  if (height > 0 && *header.width > room / height) file.fail_truncated();
+  return *header.width * height;
+}
+
+std::vector<Eigen::Vector3d> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(count);
+  while (points.size() < count) {
+    const auto line = file.read_line();
+    if (!line) file.fail_truncated();
+    if (!trim(*line).empty()) points.push_back(read_columns(file, *line, ' ', layout.columns));
+  }
+  return points;
+}
+
+std::vector<Eigen::Vector3d> read_binary(input_file& file, const pcd_layout& layout, std::size_t count) {
+  std::vector<Eigen::Vector3d> points(count);
+  for (Eigen::Vector3d& p : points) {
+    const char* record = file.read(layout.record_size);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      p[static_cast<Eigen::Index>(axis)] =
+          load(layout.types[axis], record + layout.offsets[axis], std::endian::little);
+  }
+  return points;
+}
+
+std::vector<char> unpack(input_file& file) {
+  const std::size_t packed = load<std::uint32_t>(file.read(4), std::endian::little);
+  const std::size_t unpacked = load<std::uint32_t>(file.read(4), std::endian::little);
+  if (packed > file.remaining()) file.fail_truncated();
+  const auto bytes = unpacked / lzf_greatest_growth > packed
+                         ? std::nullopt
+                         : lzf_decompress({file.read(packed), packed}, unpacked);
+  if (!bytes) file.fail("holds damaged compressed data", "Copy or export the scan again");
+  return *bytes;
+}
+
+std::vector<Eigen::Vector3d> read_compressed(input_file& file, const pcd_header& header,
+                                             const pcd_layout& layout) {
+  const std::vector<char> bytes = unpack(file);
+  const std::size_t count = point_count(file, header, bytes.size() / layout.record_size);
+  std::vector<Eigen::Vector3d> points(count);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const char* column = bytes.data() + layout.offsets[axis] * count;
+    for (std::size_t i = 0; i < count; ++i)
+      points[i][static_cast<Eigen::Index>(axis)] =
+          load(layout.types[axis], column + i * layout.strides[axis], std::endian::little);
+  }
+  return points;
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> read_pcd(input_file& file) {
+  const pcd_header header = parse_header(file);
+  const pcd_layout layout = layout_of(file, header);
+  if (header.data == "binary_compressed") return read_compressed(file, header, layout);
+  if (header.data == "binary")
+    return read_binary(file, layout, point_count(file, header, file.remaining() / layout.record_size));
+  if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_again);
+  // A line holds at least a digit and a blank for each column; the last one may lack its end.
+  const std::uint64_t room = (file.remaining() + 1) / (2 * layout.record_columns);
+  return read_ascii(file, layout, point_count(file, header, room));
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,228 @@
+// The PLY format: a header that declares elements and their properties, then their values as text or binary.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "support/scalars.hpp"
+#include "support/scan_formats.hpp"
+#include "support/text_fields.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+struct ply_property {
+  std::string name;
+  scalar type;
+  std::optional<scalar> count_type;  ///< of lists: the type of the number in front of the items
+};
+
+struct ply_element {
+  std::string name;
+  std::uint64_t count;
+  std::vector<ply_property> properties;
+};
+
+struct ply_header {
+  std::string format;
+  std::vector<ply_element> elements;
+};
+
+constexpr std::string_view export_again = "Export the scan again as PLY with x, y and z";
+
+std::optional<scalar> scalar_named(std::string_view name) {
+  constexpr std::pair<std::string_view, scalar> names[] = {
+      {"char", scalar::int8},      {"int8", scalar::int8},       {"uchar", scalar::uint8},
+      {"uint8", scalar::uint8},    {"short", scalar::int16},     {"int16", scalar::int16},
+      {"ushort", scalar::uint16},  {"uint16", scalar::uint16},   {"int", scalar::int32},
+      {"int32", scalar::int32},    {"uint", scalar::uint32},     {"uint32", scalar::uint32},
+      {"float", scalar::float32},  {"float32", scalar::float32}, {"double", scalar::float64},
+      {"float64", scalar::float64}};
+  for (const auto& [known, type] : names)
+    if (name == known) return type;
+  return std::nullopt;
+}
+
+scalar require_scalar(const input_file& file, std::string_view name) {
+  const auto type = scalar_named(name);
+  if (!type) file.fail_at_line("names the unknown property type '" + std::string(name) + "'", export_again);
+  return *type;
+}
+
+ply_property parse_property(const input_file& file, const std::vector<std::string_view>& words) {
+  if (words.size() == 3) return {std::string(words[2]), require_scalar(file, words[1]), std::nullopt};
+  if (words.size() == 5 && words[1] == "list")
+    return {std::string(words[4]), require_scalar(file, words[3]), require_scalar(file, words[2])};
+  file.fail_at_line("declares a property in no known way", export_again);
+}
+
+ply_element parse_element(const input_file& file, const std::vector<std::string_view>& words) {
+  const auto count = words.size() == 3 ? to_count(words[2]) : std::nullopt;
+  if (!count) file.fail_at_line("declares an element without a name and a count", export_again);
+  return {std::string(words[1]), *count, {}};
+}
+
+ply_header parse_header(input_file& file) {
+  ply_header header;
+  while (const auto line = file.read_line()) {
+    const std::vector<std::string_view> words = split(*line, ' ');
+    const std::string_view keyword = words.empty() ? "comment" : words[0];
+    if (keyword == "end_header") return header;
+    if (keyword == "format" && words.size() > 1) {
+      header.format = words[1];
+    } else if (keyword == "element") {
+      header.elements.push_back(parse_element(file, words));
+    } else if (keyword == "property") {
+      if (header.elements.empty()) file.fail_at_line("declares a property before any element", export_again);
+      header.elements.back().properties.push_back(parse_property(file, words));
+    } else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info") {
+      file.fail_at_line("is no line of a PLY header", export_again);
+    }
+  }
+  file.fail("has a PLY header without its end_header line",
+            "It is probably truncated: copy or export it again");
+}
+
+// The values of a text file: one line for each record.
+class ascii_values {
+ public:
+  explicit ascii_values(input_file& file) : file_(file) {}
+
+  void begin_record() {
+    do {
+      const auto line = file_.read_line();
+      if (!line) file_.fail_truncated();
+      fields_ = field_reader(*line, ' ');
+      field_ = fields_.next();
+    } while (!field_);
+  }
+
+  double next(scalar) {
+    const auto value = field_ ? to_number(*field_) : std::nullopt;
+    if (!value) file_.fail_at_line("has too few numbers, or something else among them", export_again);
+    field_ = fields_.next();
+    return *value;
+  }
+
+  void skip(scalar type, std::uint64_t count) {
+    while (count-- > 0) next(type);
+  }
+
+  static std::uint64_t least_size(const ply_property&) { return 2; }  // a digit and a blank
+
+ private:
+  input_file& file_;
+  field_reader fields_{"", ' '};
+  std::optional<std::string_view> field_;
+};
+
+class binary_values {
+ public:
+  binary_values(input_file& file, std::endian order) : file_(file), order_(order) {}
+
+  void begin_record() {}
+
+  double next(scalar type) { return load(type, file_.read(size_of(type)), order_); }
+
+  void skip(scalar type, std::uint64_t count) {
+    if (count > file_.remaining() / size_of(type)) file_.fail_truncated();
+    file_.skip(count * size_of(type));
+  }
+
+  static std::uint64_t least_size(const ply_property& p) { return size_of(p.count_type.value_or(p.type)); }
+
+ private:
+  input_file& file_;
+  std::endian order_;
+};
+
+template <class Values>
+void skip_list(const input_file& file, Values& values, const ply_property& property) {
+  const double length = values.next(*property.count_type);
+  if (!(length >= 0 && length <= 0x1p32))
+    file.fail("has a list of impossible length '" + property.name + "'", export_again);
+  values.skip(property.type, static_cast<std::uint64_t>(length));
+}
+
+// Axis that a property holds, or -1.
+int axis_of(const ply_property& property) {
+  if (property.count_type) return -1;
+  return property.name == "x" ? 0 : property.name == "y" ? 1 : property.name == "z" ? 2 : -1;
+}
+
+// Calls `use(point)` for each record of an element; the point is zero in elements without x, y and z.
+template <class Values, class Use>
+void read_records(const input_file& file, Values& values, const ply_element& element, const Use& use) {
+  std::vector<int> axes;
+  for (const ply_property& property : element.properties) axes.push_back(axis_of(property));
+  for (std::uint64_t i = 0; i < element.count; ++i) {
+    Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    values.begin_record();
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      const ply_property& property = element.properties[k];
+      if (property.count_type)
+        skip_list(file, values, property);
+      else if (axes[k] >= 0)
+        p[axes[k]] = values.next(property.type);
+      else
+        values.skip(property.type, 1);
+    }
+    use(p);
+  }
+}
+
+template <class Values>
+void require_room(const input_file& file, const ply_element& element) {
+  std::uint64_t record = 0;
+  for (const ply_property& property : element.properties) record += Values::least_size(property);
+  const std::uint64_t room = file.remaining() + 1;  // the last line of a text may lack its end
+  if (record > 0 && element.count > room / record) file.fail_truncated();
+}
+
+template <class Values>
+std::vector<Eigen::Vector3d> read_elements(const input_file& file, Values values, const ply_header& header) {
+  std::vector<Eigen::Vector3d> points;
+  for (const ply_element& element : header.elements) {
+    if (element.properties.empty()) continue;
+    require_room<Values>(file, element);
+    if (element.name == "vertex") {
+      points.reserve(element.count);
+      read_records(file, values, element, [&](const Eigen::Vector3d& p) { points.push_back(p); });
+      break;
+    }
+    read_records(file, values, element, [](const Eigen::Vector3d&) {});
+  }
+  return points;
+}
+
+void require_positions(const input_file& file, const ply_header& header) {
+  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
+                                   [](const ply_element& e) { return e.name == "vertex"; });
+  if (vertex == header.elements.end()) file.fail("has no element 'vertex'", export_again);
+  std::array<int, 3> found = {};
+  for (const ply_property& property : vertex->properties)
+    if (axis_of(property) >= 0) ++found[static_cast<std::size_t>(axis_of(property))];
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    if (found[axis] != 1)
+      file.fail(std::string("has no single property '") + "xyz"[axis] + "' among those of its vertices",
+                export_again);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> read_ply(input_file& file) {
+  const ply_header header = parse_header(file);
+  require_positions(file, header);
+  if (header.format == "ascii") return read_elements(file, ascii_values(file), header);
+  if (header.format == "binary_little_endian")
+    return read_elements(file, binary_values(file, std::endian::little), header);
+  if (header.format == "binary_big_endian")
+    return read_elements(file, binary_values(file, std::endian::big), header);
+  file.fail("has the unknown PLY format '" + header.format + "'", export_again);
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,28 @@
+// Files of points: scans in the formats that forest scanners and their programs write.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace globalmatch::support {
+
+/// All points of a scan, in the order and the frame of the file; NaN points of organised clouds are kept. The
+/// format is recognised by content, whatever the name: PLY, PCD, uncompressed LAS, or text with x, y and z in
+/// the first three columns or in those that a header names so. A scan may have no points. Throws `file_error`
+/// when the file cannot be read or is damaged, and for LAZ and E57 with the command that converts them.
+std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path);
+
+using rgb = std::array<std::uint8_t, 3>;
+
+/// Writes a binary little endian PLY; coordinates are float where that keeps 0.1 mm, else double. Throws
+/// `file_error` when the file cannot be written, and `std::invalid_argument` when there are colours but not
+/// one for each point.
+void write_ply(const std::filesystem::path& path, std::span<const Eigen::Vector3d> points,
+               std::span<const rgb> colours = {});
+
+}  // namespace globalmatch::support

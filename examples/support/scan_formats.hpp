@@ -1,0 +1,25 @@
+// Internal to `read_scan`: one reader for each format. Each starts at the first byte of the file, returns all
+// its points, and throws `file_error`.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <vector>
+
+#include "support/input_file.hpp"
+
+namespace globalmatch::support {
+
+/// PLY: ascii, binary little and big endian.
+std::vector<Eigen::Vector3d> read_ply(input_file& file);
+
+/// PCD: ascii, binary, binary_compressed.
+std::vector<Eigen::Vector3d> read_pcd(input_file& file);
+
+/// LAS 1.0 to 1.4. Compressed files (LAZ) are refused with the command that converts them.
+std::vector<Eigen::Vector3d> read_las(input_file& file);
+
+/// Lines of x, y, z and what else there may be: XYZ, CSV, TXT, PTS.
+std::vector<Eigen::Vector3d> read_text(input_file& file);
+
+}  // namespace globalmatch::support

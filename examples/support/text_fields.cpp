@@ -1,0 +1,101 @@
+#include "support/text_fields.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <system_error>
+
+namespace globalmatch::support {
+
+namespace {
+constexpr std::string_view blanks = " \t\r\n";
+}
+
+std::string_view trim(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(blanks);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
+std::string lower_case(std::string_view text) {
+  std::string small(text);
+  for (char& c : small)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return small;
+}
+
+std::optional<double> to_number(std::string_view field) {
+  if (field.starts_with('+')) field.remove_prefix(1);
+  double value = 0;
+  const char* end = field.data() + field.size();
+  const auto [stop, error] = std::from_chars(field.data(), end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return value;
+}
+
+std::optional<std::uint64_t> to_count(std::string_view field) {
+  std::uint64_t count = 0;
+  const char* end = field.data() + field.size();
+  const auto [stop, error] = std::from_chars(field.data(), end, count);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+  return count;
+}
+
+char separator_of(std::string_view line) {
+  for (const char separator : {';', ','})
+    if (line.find(separator) != std::string_view::npos) return separator;
+  return ' ';
+}
+
+field_reader::field_reader(std::string_view line, char separator)
+    : rest_(trim(line)), separator_(separator), at_end_(rest_.empty()) {}
+
+std::optional<std::string_view> field_reader::next() {
+  if (at_end_) return std::nullopt;
+  std::size_t search_from = 0;
+  if (rest_.starts_with('"')) {
+    // A separator between quotes does not separate; a doubled quote opens the next quoted stretch.
+    bool quoted = false;
+    while (search_from < rest_.size() && (quoted || rest_[search_from] != separator_))
+      quoted ^= rest_[search_from++] == '"';
+  }
+  const std::size_t end =
+      separator_ == ' ' ? rest_.find_first_of(" \t", search_from) : rest_.find(separator_, search_from);
+  std::string_view field = trim(rest_.substr(0, end));
+  if (field.size() >= 2 && field.starts_with('"') && field.ends_with('"'))
+    field = trim(field.substr(1, field.size() - 2));
+  at_end_ = end == std::string_view::npos;
+  rest_ = at_end_ ? std::string_view{} : rest_.substr(end + 1);
+  if (separator_ == ' ') rest_ = trim(rest_);
+  return field;
+}
+
+std::vector<std::string_view> split(std::string_view line, char separator) {
+  std::vector<std::string_view> all;
+  field_reader fields(line, separator);
+  while (const auto field = fields.next()) all.push_back(*field);
+  return all;
+}
+
+Eigen::Vector3d read_columns(const input_file& file, std::string_view line, char separator,
+                             const std::array<std::size_t, 3>& columns) {
+  Eigen::Vector3d p;
+  field_reader fields(line, separator);
+  const std::size_t last = *std::max_element(columns.begin(), columns.end());
+  for (std::size_t column = 0; column <= last; ++column) {
+    const auto field = fields.next();
+    if (!field)
+      file.fail_at_line("has only " + std::to_string(column) + " fields, but x, y and z are needed",
+                        "Mend or remove that line");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (columns[axis] != column) continue;
+      const auto value = to_number(*field);
+      if (!value)
+        file.fail_at_line("has '" + std::string(field->substr(0, 40)) + "' where a number is expected",
+                          "Numbers are written like 12.5 or -1.25e1, with a decimal point");
+      p[static_cast<Eigen::Index>(axis)] = *value;
+    }
+  }
+  return p;
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,54 @@
+// Internal to the readers: lines of text cut into fields, and fields made numbers.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "support/input_file.hpp"
+
+namespace globalmatch::support {
+
+/// The text without blanks, tabs and line ends around it.
+std::string_view trim(std::string_view text);
+
+/// ASCII letters made small: how column names are compared.
+std::string lower_case(std::string_view text);
+
+/// The number that makes up the whole field ("nan" and "inf" are numbers too); empty when it is none.
+std::optional<double> to_number(std::string_view field);
+
+/// The count that makes up the whole field; empty when it is none or beyond 64 bits.
+std::optional<std::uint64_t> to_count(std::string_view field);
+
+/// What separates the fields of this line: ';' or ',' where there is one, else ' ' for runs of blanks and
+/// tabs. A semicolon wins, so that decimal commas are not taken for separators.
+char separator_of(std::string_view line);
+
+/// Hands out the fields of a line one by one, without the blanks and the quotes around them.
+class field_reader {
+ public:
+  field_reader(std::string_view line, char separator);
+  /// The next field; empty when the line has no more. Refers to the line.
+  std::optional<std::string_view> next();
+
+ private:
+  std::string_view rest_;
+  char separator_;
+  bool at_end_;
+};
+
+/// All fields of a line, as `field_reader` hands them out.
+std::vector<std::string_view> split(std::string_view line, char separator);
+
+/// The numbers in three columns of the current line of a file. Throws `file_error` naming line and column.
+Eigen::Vector3d read_columns(const input_file& file, std::string_view line, char separator,
+                             const std::array<std::size_t, 3>& columns);
+
+}  // namespace globalmatch::support

@@ -1,0 +1,66 @@
+#include "support/transform_files.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "support/atomic_file.hpp"
+#include "support/input_file.hpp"
+#include "support/text_fields.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+constexpr std::string_view remedy = "A transform is four lines of four numbers, the last line 0 0 0 1";
+
+std::vector<double> read_numbers(input_file& file) {
+  std::vector<double> numbers;
+  while (const auto line = file.read_line()) {
+    for (const std::string_view field : split(*line, ' ')) {
+      const auto number = to_number(field);
+      if (!number)
+        file.fail_at_line("has '" + std::string(field.substr(0, 40)) + "' where a number is expected",
+                          remedy);
+      if (numbers.size() == 16) file.fail_at_line("is beyond the 16 numbers of a transform", remedy);
+      numbers.push_back(*number);
+    }
+  }
+  return numbers;
+}
+
+void require_rotation(const input_file& file, const Eigen::Matrix3d& rotation) {
+  constexpr double tolerance = 1e-5;
+  const double error = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!(error <= tolerance))
+    file.fail("holds a matrix that is no rotation: its columns are not orthonormal, but off by " +
+                  std::to_string(error),
+              "Scale and shear are not supported; write rotations with 7 digits or more");
+  if (rotation.determinant() < 0)
+    file.fail("holds a reflection, not a rotation", "Check the signs and the order of the axes");
+}
+
+}  // namespace
+
+void write_transform(const std::filesystem::path& path, const Eigen::Isometry3d& target_from_source) {
+  atomic_file file(path);
+  const Eigen::Matrix4d& m = target_from_source.matrix();
+  for (Eigen::Index row = 0; row < 4; ++row)
+    file.stream() << m(row, 0) << ' ' << m(row, 1) << ' ' << m(row, 2) << ' ' << m(row, 3) << '\n';
+  file.commit();
+}
+
+Eigen::Isometry3d read_transform(const std::filesystem::path& path) {
+  input_file file(path);
+  const std::vector<double> numbers = read_numbers(file);
+  if (numbers.size() != 16) file.fail("holds " + std::to_string(numbers.size()) + " numbers", remedy);
+  Eigen::Isometry3d transform;
+  transform.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  if (!transform.matrix().allFinite()) file.fail("holds numbers that are not finite", remedy);
+  if (transform.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
+    file.fail("does not end in the row 0 0 0 1", remedy);
+  require_rotation(file, transform.linear());
+  return transform;
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,18 @@
+// Rigid motions as text: four lines of four numbers, the last 0 0 0 1.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <filesystem>
+
+namespace globalmatch::support {
+
+/// Writes the matrix row by row; reading yields the same values again. Throws `file_error` when the file
+/// cannot be written.
+void write_transform(const std::filesystem::path& path, const Eigen::Isometry3d& target_from_source);
+
+/// Reads a matrix row by row, as it stands in the file. Throws `file_error` unless there are 16 finite
+/// numbers, the last four 0 0 0 1, and the rotation is one to within 1e-5.
+Eigen::Isometry3d read_transform(const std::filesystem::path& path);
+
+}  // namespace globalmatch::support

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <vector>
+
+// What one translation unit computes; `unit.cpp` is compiled once for each of the two names.
+struct unit_result {
+  std::vector<double> chunk_sums;
+  int threads;
+};
+
+namespace with_openmp {
+unit_result compute();
+}
+namespace without_openmp {
+unit_result compute();
+}

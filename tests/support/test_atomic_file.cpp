@@ -1,0 +1,97 @@
+#include "support/atomic_file.hpp"
+
+#include "catch.hpp"
+#include "file_checks.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+void write(const std::filesystem::path& path, const std::string& text) {
+  atomic_file file(path);
+  file.stream() << text;
+  file.commit();
+}
+
+}  // namespace
+
+TEST_CASE("a committed file holds what was written and leaves nothing beside it") {
+  const temporary_directory directory;
+  write(directory / "a.txt", "new");
+  CHECK(bytes_of(directory / "a.txt") == "new");
+  CHECK(directory.count_files() == 1);
+}
+
+TEST_CASE("a file that is not committed leaves the old one untouched and nothing beside it") {
+  const temporary_directory directory;
+  const auto path = directory.file("a.txt", "old");
+  {
+    atomic_file file(path);
+    file.stream() << "new" << std::flush;
+    CHECK(bytes_of(path) == "old");
+  }
+  CHECK(bytes_of(path) == "old");
+  CHECK(directory.count_files() == 1);
+}
+
+TEST_CASE("committing replaces an old file") {
+  const temporary_directory directory;
+  const auto path = directory.file("a.txt", "a longer old text");
+  write(path, "new");
+  CHECK(bytes_of(path) == "new");
+}
+
+TEST_CASE("writing through a symbolic link replaces the file, not the link") {
+  const temporary_directory directory;
+  const auto path = directory.file("a.txt", "old");
+  std::filesystem::create_symlink(path, directory / "link.txt");
+  write(directory / "link.txt", "new");
+  CHECK(std::filesystem::is_symlink(directory / "link.txt"));
+  CHECK(bytes_of(path) == "new");
+}
+
+TEST_CASE("devices are written, not replaced") {
+  const std::filesystem::path null = "/dev/null";
+  if (!std::filesystem::is_character_file(null)) {
+    WARN("skipped: there is no /dev/null");
+    return;
+  }
+  write(null, "text");
+  CHECK(std::filesystem::is_character_file(null));
+}
+
+TEST_CASE("a missing directory is named, with the command that makes it") {
+  const temporary_directory directory;
+  const auto open = [](const std::filesystem::path& path) { atomic_file file(path); };
+  require_error(directory / "none" / "a.txt", open, "does not exist", "mkdir -p");
+}
+
+TEST_CASE("a directory is no file to write") {
+  const temporary_directory directory;
+  const auto open = [](const std::filesystem::path& path) { atomic_file file(path); };
+  require_error(directory.path(), open, "is a directory", "Name a file");
+}
+
+TEST_CASE("a directory that may not be written is named") {
+  const temporary_directory directory;
+  std::filesystem::permissions(directory.path(), std::filesystem::perms::owner_write,
+                               std::filesystem::perm_options::remove);
+  const bool may_write_all_the_same = std::ofstream(directory / "probe").is_open();
+  if (may_write_all_the_same) {
+    WARN("skipped: this user may write anywhere");
+  } else {
+    const auto open = [](const std::filesystem::path& path) { atomic_file file(path); };
+    require_error(directory / "a.txt", open, "cannot be written", "permissions");
+  }
+  std::filesystem::permissions(directory.path(), std::filesystem::perms::owner_all);
+}
+
+TEST_CASE("numbers are written so that reading yields the same bits") {
+  const temporary_directory directory;
+  atomic_file file(directory / "a.txt");
+  file.stream() << 0.1 + 0.2;
+  file.commit();
+  CHECK(std::stod(bytes_of(directory / "a.txt")) == 0.1 + 0.2);
+}
+
+}  // namespace globalmatch::support

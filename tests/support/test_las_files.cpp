@@ -1,0 +1,140 @@
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "catch.hpp"
+#include "file_checks.hpp"
+#include "support/scan_files.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+constexpr std::uint16_t header_size_1_2 = 227;
+constexpr std::uint16_t header_size_1_4 = 375;
+constexpr std::uint16_t record_size = 34;
+constexpr std::size_t at_points = 96, at_variable_records = 100, at_format = 104, at_record_size = 105,
+                      at_count = 107, at_scale = 131, at_offset = 155, at_count_1_4 = 247;
+
+// Two points, (1.01, 502, -3) and (1, 500, 0), behind `gap` other bytes.
+std::string las(std::uint16_t header_size, std::uint8_t format, std::uint32_t legacy_count,
+                const std::string& gap = "") {
+  std::string bytes(header_size, '\0');
+  bytes.replace(0, 4, "LASF");
+  put_at(bytes, 24, std::uint8_t(1));
+  put_at(bytes, 25, std::uint8_t(header_size == header_size_1_4 ? 4 : 2));
+  put_at(bytes, 94, header_size);
+  put_at(bytes, at_points, static_cast<std::uint32_t>(header_size + gap.size()));
+  put_at(bytes, at_format, format);
+  put_at(bytes, at_record_size, record_size);
+  put_at(bytes, at_count, legacy_count);
+  const double scale[] = {0.01, 0.5, 1}, offset[] = {1, 500, 0};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    put_at(bytes, at_scale + 8 * axis, scale[axis]);
+    put_at(bytes, at_offset + 8 * axis, offset[axis]);
+  }
+  bytes += gap;
+  for (const auto& record : {std::array{1, 4, -3}, std::array{0, 0, 0}}) {
+    for (const int coordinate : record) put(bytes, std::int32_t(coordinate));
+    bytes += std::string(record_size - 12, '\x55');
+  }
+  return bytes;
+}
+
+std::string variable_record(const std::string& user) {
+  std::string record(54 + 10, '\0');
+  record.replace(2, user.size(), user);
+  put_at(record, 20, std::uint16_t(10));
+  return record;
+}
+
+void require_two_points(const std::filesystem::path& path) {
+  const points read = read_scan(path);
+  REQUIRE(read.size() == 2);
+  CHECK((read[0] - Eigen::Vector3d(1.01, 502, -3)).norm() < 1e-12);
+  CHECK((read[1] - Eigen::Vector3d(1, 500, 0)).norm() < 1e-12);
+}
+
+}  // namespace
+
+TEST_CASE("LAS coordinates are scaled and shifted, for every point format") {
+  const temporary_directory directory;
+  for (std::uint8_t format = 0; format <= 10; ++format)
+    require_two_points(directory.file("a.las", las(header_size_1_2, format, 2)));
+}
+
+TEST_CASE("the 64-bit point count of LAS 1.4 is read") {
+  const temporary_directory directory;
+  std::string bytes = las(header_size_1_4, 6, 0);
+  put_at(bytes, at_count_1_4, std::uint64_t(2));
+  require_two_points(directory.file("a.las", bytes));
+  require_two_points(directory.file("legacy.las", las(header_size_1_4, 3, 2)));
+}
+
+TEST_CASE("records between the LAS header and its points are passed over") {
+  const temporary_directory directory;
+  std::string bytes = las(header_size_1_2, 3, 2, variable_record("LASF_Projection") + "padding");
+  put_at(bytes, at_variable_records, std::uint32_t(1));
+  require_two_points(directory.file("a.las", bytes));
+}
+
+TEST_CASE("a LAS file without points is an empty scan") {
+  const temporary_directory directory;
+  CHECK(read_scan(directory.file("a.las", las(header_size_1_2, 0, 0))).empty());
+  CHECK(read_scan(directory.file("b.las", las(header_size_1_2, 0, 0).substr(0, header_size_1_2))).empty());
+}
+
+TEST_CASE("a compressed LAS file is refused with the commands that convert it") {
+  const temporary_directory directory;
+  std::string with_record =
+      las(header_size_1_2, 3, 2, variable_record("other") + variable_record("laszip encoded"));
+  put_at(with_record, at_variable_records, std::uint32_t(2));
+  for (const std::string& bytes :
+       {las(header_size_1_2, 0x80 | 3, 2), las(header_size_1_2, 0x40 | 1, 2), with_record}) {
+    const auto laz = directory.file("a.laz", bytes);
+    const std::string names = '"' + laz.string() + "\" ";
+    const std::string out = '"' + (directory / "a.las").string() + '"';
+    require_error(laz, read_scan, "compressed (LAZ)", "las2las -i " + names + "-o " + out);
+    require_error(laz, read_scan, "compressed (LAZ)", "pdal translate " + names + out);
+    require_error(directory.file("b.las", bytes), read_scan, "compressed (LAZ)",
+                  (directory / "b.uncompressed.las").string());
+  }
+}
+
+TEST_CASE("a LAS file that announces more than it holds is refused before anything is allocated") {
+  const temporary_directory directory;
+  require_error(directory.file("a.las", las(header_size_1_2, 0, 3)), read_scan, "ends before", "again");
+  require_error(directory.file("b.las", las(header_size_1_2, 0, 4'000'000'000u)), read_scan, "ends before",
+                "again");
+  std::string bytes = las(header_size_1_4, 6, 0);
+  put_at(bytes, at_count_1_4, std::uint64_t(1'000'000'000'000'000'000u));
+  require_error(directory.file("c.las", bytes), read_scan, "ends before", "again");
+  bytes = las(header_size_1_2, 0, 2);
+  put_at(bytes, at_points, std::uint32_t(4'000'000'000u));
+  require_error(directory.file("d.las", bytes), read_scan, "ends before", "again");
+}
+
+TEST_CASE("each prefix of a LAS file is refused") {
+  const temporary_directory directory;
+  const std::string whole = las(header_size_1_2, 0, 2);
+  for (std::size_t size = 4; size < whole.size(); ++size) {
+    const auto path = directory.file("part.las", whole.substr(0, size));
+    CHECK(error_of([&] { read_scan(path); }).find("part.las") != std::string::npos);
+  }
+}
+
+TEST_CASE("a LAS header that makes no sense is refused") {
+  const temporary_directory directory;
+  const auto require_damaged = [&](std::size_t offset, auto value) {
+    std::string bytes = las(header_size_1_2, 0, 2);
+    put_at(bytes, offset, value);
+    require_error(directory.file("a.las", bytes), read_scan, "damaged LAS header", "again");
+  };
+  require_damaged(at_scale, 0.0);
+  require_damaged(at_offset, std::numeric_limits<double>::quiet_NaN());
+  require_damaged(at_record_size, std::uint16_t(0));
+  require_damaged(at_record_size, std::uint16_t(11));
+  require_damaged(at_points, std::uint32_t(100));
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,131 @@
+#include "support/scan_files.hpp"
+
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "catch.hpp"
+#include "file_checks.hpp"
+
+namespace globalmatch::support {
+
+TEST_CASE("what is no scan is refused with the formats that are") {
+  const temporary_directory directory;
+  std::string zeros(5000, '\0');
+  require_error(directory.file("zeros.ply", zeros), read_scan, "in no format", "PLY, PCD, LAS or text");
+  require_error(directory.file("prose.xyz", "Dear reader,\nthis is no scan.\n"), read_scan,
+                "line 2 holds no numbers", "PLY, PCD and LAS");
+  require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "no line of numbers",
+                "PLY, PCD and LAS");
+  require_error(directory.file("no_line_end.txt", std::string(3'000'000, 'x')), read_scan, "line 1 is longer",
+                "unknown format");
+}
+
+TEST_CASE("an empty, a missing and an irregular file are refused") {
+  const temporary_directory directory;
+  require_error(directory.file("empty.ply", ""), read_scan, "is empty", "again");
+  require_error(directory.file("mark.txt", "\xEF\xBB\xBF"), read_scan, "is empty", "again");
+  require_error(directory / "none.ply", read_scan, "does not exist", "Check");
+  require_error(directory.path(), read_scan, "not a regular file", "Name a file");
+}
+
+TEST_CASE("an E57 file is refused with the command that converts it") {
+  const temporary_directory directory;
+  const auto path = directory.file("scan.e57", "ASTM-E57" + std::string(100, '\0'));
+  const std::string command =
+      "pdal translate \"" + path.string() + "\" \"" + (directory / "scan.ply").string() + "\"";
+  require_error(path, read_scan, "E57", command);
+}
+
+TEST_CASE("any bytes behind any signature are read or refused, and never crash") {
+  const temporary_directory directory;
+  std::mt19937 random(7);
+  const std::vector<std::string> starts = {
+      "",
+      "ply\n",
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+      "property list uchar int i\nproperty float z\nend_header\n",
+      "LASF",
+      "# .PCD v0.7\n",
+      "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 9\nDATA binary_compressed\n",
+      "VERSION 0.7\n",
+      "x,y,z\n",
+      "3\n"};
+  int answers = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    std::string bytes = starts[static_cast<std::size_t>(trial) % starts.size()];
+    const std::size_t size = random() % 700;
+    for (std::size_t i = 0; i < size; ++i) bytes.push_back(static_cast<char>(random() % 256));
+    const auto path = directory.file("scan", bytes);
+    const std::string error = error_of([&] { answers += read_scan(path).size() < bytes.size(); });
+    answers += !error.empty();
+  }
+  CHECK(answers == 400);
+}
+
+TEST_CASE("each prefix of a PLY that lacks a vertex is refused") {
+  const temporary_directory directory;
+  write_ply(directory / "whole.ply", points{{1, 2, 3}, {4, 5, 6}});
+  const std::string whole = bytes_of(directory / "whole.ply");
+  for (std::size_t size = 4; size < whole.size(); ++size) {
+    const auto path = directory.file("part.ply", whole.substr(0, size));
+    const std::string error = error_of([&] { read_scan(path); });
+    CHECK(error.find("part.ply") != std::string::npos);
+  }
+}
+
+TEST_CASE("a written PLY yields the same points, as float where that keeps a tenth of a millimetre") {
+  const temporary_directory directory;
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> within(-1, 1);
+  const auto [extent, tolerance, type] = GENERATE(
+      table<double, double, std::string>({{1000, 5e-5, "property float x"}, {5e6, 0, "property double x"}}));
+  points written(30'000);
+  for (Eigen::Vector3d& p : written)
+    p = extent * Eigen::Vector3d(within(random), within(random), within(random));
+  write_ply(directory / "a.ply", written);
+
+  CHECK(bytes_of(directory / "a.ply").find(type) != std::string::npos);
+  const points read = read_scan(directory / "a.ply");
+  REQUIRE(read.size() == written.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < read.size(); ++i)
+    largest = std::max(largest, (read[i] - written[i]).cwiseAbs().maxCoeff());
+  CHECK(largest <= tolerance);
+}
+
+TEST_CASE("a written PLY may hold colours and no points") {
+  const temporary_directory directory;
+  const points two = {{1, 2, 3}, {4, 5, 6}};
+  const std::vector<rgb> colours = {{1, 2, 255}, {4, 5, 6}};
+  write_ply(directory / "two.ply", two, colours);
+  CHECK(read_scan(directory / "two.ply") == two);
+  CHECK(bytes_of(directory / "two.ply").substr(bytes_of(directory / "two.ply").size() - 3) == "\x04\x05\x06");
+
+  write_ply(directory / "none.ply", {});
+  CHECK(read_scan(directory / "none.ply").empty());
+}
+
+TEST_CASE("colours that are not one for each point are an invalid argument, and no file is left") {
+  const temporary_directory directory;
+  const points two = {{1, 2, 3}, {4, 5, 6}};
+  CHECK_THROWS_AS(write_ply(directory / "a.ply", two, std::vector<rgb>(3)), std::invalid_argument);
+  CHECK(directory.count_files() == 0);
+}
+
+TEST_CASE("the real scans hold the points that their headers announce") {
+  const std::filesystem::path clouds = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "clouds";
+  if (!std::filesystem::is_directory(clouds)) {
+    WARN("skipped: the folder of real scans does not exist: " << clouds);
+    return;
+  }
+  const points pines = read_scan(clouds / "pine_plot_interleaved_src.ply");
+  CHECK(pines.size() == 57012);
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : pines) box.extend(p);
+  CHECK(box.sizes().head<2>().maxCoeff() < 20);  // a plot of 10 m x 10 m, turned
+}
+
+}  // namespace globalmatch::support
