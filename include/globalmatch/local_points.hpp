@@ -24,6 +24,12 @@ struct local_frame {
   Eigen::Vector3d to_scan(const Eigen::Vector3d& p) const {
     return local_from_scan_rotation.transpose() * p + origin;
   }
+  Eigen::Isometry3d local_from_scan() const {
+    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+    motion.linear() = local_from_scan_rotation;
+    motion.translation() = -(local_from_scan_rotation * origin);
+    return motion;
+  }
 };
 
 /// Rotation that turns `up` into +z. Throws `std::invalid_argument` when `up` is zero or not finite.

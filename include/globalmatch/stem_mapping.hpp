@@ -97,49 +97,80 @@ inline point_clusters cluster_stem_points(const local_points& understory,
   return clusters;
 }
 
+/// Points for a fine registration: on the ground and on the stems, frame of the scan.
+inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
+                            stem_map& map) {
+  for (const Eigen::Vector3f& p : map.terrain.ground)
+    map.ground_samples.push_back(map.terrain.frame.to_scan(p.cast<double>()));
+  for (const stem_cylinder& s : stems)
+    for (const point_index i : s.support)
+      map.stem_samples.push_back(map.terrain.frame.to_scan(understory[i].cast<double>()));
+}
+
+}  // namespace detail
+
+namespace detail {
+inline namespace GLOBALMATCH_THREADING {
+
+template <point_range R>
+stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::Vector3d& up,
+                   const execution& how) {
+  stem_map map;
+  map.up = up.normalized();
+
+  // Digital terrain model
+  ground_model ground = model_ground(scan, options.ground, up, how);
+  map.funnel.ground = ground.funnel;
+  map.terrain = std::move(ground.terrain);
+
+  // Understory layer, one point a voxel
+  local_points understory = select_understory(scan, map.terrain, options.understory, how);
+  map.funnel.understory = understory.size();
+  report_progress(how, "voxels", 0);
+  understory = select(understory, thin_by_voxels(understory, options.voxel_size));
+  map.funnel.thinned = understory.size();
+
+  // Stem points, by verticality
+  const auto surfaces = estimate_surfaces(understory, options.verticality, how);
+  const auto vertical = select_stem_points(surfaces, options.verticality);
+  map.spacing_near = spacing_quantile(surfaces, 0.1);
+  map.spacing_far = spacing_quantile(surfaces, 0.9);
+  map.funnel.stem_points = vertical.size();
+
+  // Individual stems: clusters, cylinders
+  const auto clusters = cluster_stem_points(understory, surfaces, vertical, options, how);
+  const auto found = find_stem_cylinders(understory, surfaces, clusters, options.stems, how);
+  map.distance_tolerance = found.distance_tolerance;
+  map.funnel.clusters = clusters.size();
+  map.funnel.cylinders = found.stems.size();
+
+  // Stem positions: where the axes meet the terrain
+  const auto stems = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
+  map.stems = locate_stems(stems, understory, map.terrain);
+  map.funnel.stems = map.stems.size();
+  collect_samples(stems, understory, map);
+  return map;
+}
+
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
 
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
 /// are read in two forward passes. No stems is an answer: the funnel then tells where they were lost. Throws
-/// `std::invalid_argument` naming a bad option.
+/// `std::invalid_argument` naming a bad option. Cost: linear in the points, n log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {},
                    const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
-  stem_map map;
-  map.up = up.normalized();
-  ground_model ground = model_ground(scan, options.ground, up, how);
-  map.funnel.ground = ground.funnel;
-  map.terrain = std::move(ground.terrain);
-
-  local_points understory = select_understory(scan, map.terrain, options.understory, how);
-  map.funnel.understory = understory.size();
-  understory = select(understory, thin_by_voxels(understory, options.voxel_size));
-  map.funnel.thinned = understory.size();
-
-  const auto surfaces = estimate_surfaces(understory, options.verticality, how);
-  map.spacing_near = detail::spacing_quantile(surfaces, 0.1);
-  map.spacing_far = detail::spacing_quantile(surfaces, 0.9);
-  const auto vertical = select_stem_points(surfaces, options.verticality);
-  map.funnel.stem_points = vertical.size();
-  const auto clusters = detail::cluster_stem_points(understory, surfaces, vertical, options, how);
-  map.funnel.clusters = clusters.size();
-
-  const auto found = find_stem_cylinders(understory, surfaces, clusters, options.stems, how);
-  map.distance_tolerance = found.distance_tolerance;
-  map.funnel.cylinders = found.stems.size();
-  const auto cylinders = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
-  map.stems = locate_stems(cylinders, understory, map.terrain);
-  map.funnel.stems = map.stems.size();
-
-  for (const Eigen::Vector3f& p : map.terrain.ground)
-    map.ground_samples.push_back(map.terrain.frame.to_scan(p.cast<double>()));
-  for (const stem_cylinder& stem : cylinders)
-    for (const point_index i : stem.support)
-      map.stem_samples.push_back(map.terrain.frame.to_scan(understory[i].cast<double>()));
-  return map;
+  try {
+    return detail::map_stems(scan, options, up, how);
+  } catch (const operation_cancelled&) {
+    stem_map map;
+    map.cancelled = true;
+    return map;
+  }
 }
 
 }  // namespace GLOBALMATCH_THREADING

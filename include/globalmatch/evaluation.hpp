@@ -1,0 +1,124 @@
+// Evaluation ([GM] 5.1.2): errors of a registration against the truth; precision, recall and F1 of a stem
+// map.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/points.hpp"
+
+namespace globalmatch {
+
+/// Errors of a motion target_from_source.
+struct registration_error {
+  double rotation = 0;     ///< [rad] e_R
+  double translation = 0;  ///< [m] e_t
+  double pointwise = 0;    ///< [m] e_p, mean over the source points, [GM] Eq. (10)
+  double horizontal = 0;   ///< [m] mean length of its part across `up`
+  double vertical = 0;     ///< [m] mean length of its part along `up`
+
+  /// [GM] 5.1.2: a pointwise error below half a metre is a success.
+  bool success(double threshold = 0.5) const { return pointwise < threshold; }
+};
+
+/// Compares an estimated motion with the true one over the points of the source scan; points that are not
+/// finite do not count. `up` is that of the target frame. The pointwise errors are 0 when there are no
+/// points.
+template <point_range R>
+registration_error evaluate_registration(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
+                                         const R& source,
+                                         const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+  registration_error error;
+  // For small angles the arccosine of [GM] Eq. (8) loses half the digits: the angle of the difference does
+  // not.
+  error.rotation = Eigen::AngleAxisd(truth.linear() * estimate.linear().transpose()).angle();
+  error.translation = (estimate.translation() - truth.translation()).norm();
+  const Eigen::Vector3d direction = up.normalized();
+  std::size_t count = 0;
+  for (const auto& p : source) {
+    const Eigen::Vector3d v = xyz(p);
+    if (!v.allFinite()) continue;
+    const Eigen::Vector3d d = estimate * v - truth * v;
+    const double along = direction.dot(d);
+    error.pointwise += d.norm();
+    error.vertical += std::abs(along);
+    error.horizontal += (d - along * direction).norm();
+    ++count;
+  }
+  if (count > 0)
+    for (double* mean : {&error.pointwise, &error.vertical, &error.horizontal}) *mean /= double(count);
+  return error;
+}
+
+/// How well a stem map agrees with the true one.
+struct map_score {
+  std::size_t found = 0;           ///< stems in the map
+  std::size_t true_finds = 0;      ///< of these a true stem stands there
+  std::size_t required = 0;        ///< true stems that should have been found
+  std::size_t required_found = 0;  ///< of these in the map
+  double plan_error = 0;           ///< [m] mean over the true finds
+  double height_error = 0;         ///< [m] mean absolute, over the true finds
+
+  double precision() const { return found > 0 ? double(true_finds) / double(found) : 1; }
+  double recall() const { return required > 0 ? double(required_found) / double(required) : 1; }
+  double f1() const {
+    const double sum = precision() + recall();
+    return sum > 0 ? 2 * precision() * recall() / sum : 0;
+  }
+};
+
+/// Pairs found and true stems one to one, nearest in plan first, within `distance` [m] in plan; both in one
+/// frame whose z is up. `is_required(i)` says whether true stem i should have been found: recall counts only
+/// those.
+template <position_range Found, position_range Truth, class Required>
+map_score score_map(const Found& found, const Truth& truth, double distance, const Required& is_required) {
+  if (!(distance > 0)) throw std::invalid_argument("score_map: distance must be positive");
+  std::vector<Eigen::Vector3d> finds, stems;
+  for (const auto& p : found) finds.push_back(xyz(p));
+  for (const auto& p : truth) stems.push_back(xyz(p));
+  struct candidate {
+    double distance;
+    std::size_t find, stem;
+  };
+  std::vector<candidate> candidates;
+  for (std::size_t i = 0; i < finds.size(); ++i)
+    for (std::size_t j = 0; j < stems.size(); ++j) {
+      const double d = (finds[i] - stems[j]).template head<2>().norm();
+      if (d < distance) candidates.push_back({d, i, j});
+    }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const candidate& a, const candidate& b) { return a.distance < b.distance; });
+
+  map_score score{.found = finds.size()};
+  std::vector<bool> find_taken(finds.size()), stem_taken(stems.size());
+  for (const candidate& c : candidates) {
+    if (find_taken[c.find] || stem_taken[c.stem]) continue;
+    find_taken[c.find] = stem_taken[c.stem] = true;
+    ++score.true_finds;
+    score.plan_error += c.distance;
+    score.height_error += std::abs(finds[c.find].z() - stems[c.stem].z());
+  }
+  if (score.true_finds > 0)
+    for (double* mean : {&score.plan_error, &score.height_error}) *mean /= double(score.true_finds);
+  for (std::size_t j = 0; j < stems.size(); ++j) {
+    if (!is_required(j)) continue;
+    ++score.required;
+    score.required_found += stem_taken[j] ? 1 : 0;
+  }
+  return score;
+}
+
+/// The same when every true stem should have been found.
+template <position_range Found, position_range Truth>
+map_score score_map(const Found& found, const Truth& truth, double distance = 0.25) {
+  return score_map(found, truth, distance, [](std::size_t) { return true; });
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,131 @@
+// Registration ([GM] 3): two stem maps, or two scans, -> the motion that lays the source on the target.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/execution.hpp"
+#include "globalmatch/icp.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/position_set.hpp"
+#include "globalmatch/stem_mapping.hpp"
+#include "globalmatch/stem_matching.hpp"
+#include "globalmatch/verdict.hpp"
+
+namespace globalmatch {
+
+struct registration_options {
+  mapping_options mapping;
+  matching_options matching;
+  icp_options icp;
+};
+
+/// The values of the paper, for scans of some thirty million points, where the defaults come from the data at
+/// hand.
+inline registration_options paper_options() {
+  registration_options options;
+  options.mapping.understory = {.lowest = 0.2, .highest = 3.0};
+  options.mapping.voxel_size = 0.01;
+  options.mapping.verticality.radius = 0.10;
+  options.mapping.verticality.threshold = 0.9;
+  options.matching.triangles.neighbors = 20;
+  options.matching.tolerance = 0.05;
+  options.matching.dof = degrees_of_freedom::four;
+  options.icp.metric = icp_metric::point_to_point;
+  return options;
+}
+
+/// What came of a registration, with the evidence to trust or reject it.
+struct registration {
+  globalmatch::outcome outcome = outcome::not_registered;
+  std::string reason;                                   ///< empty when registered
+  std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered; refined unless ICP is off
+  globalmatch::matching matching;                       ///< holds the coarse motion
+  std::optional<icp_result> icp;                        ///< when it ran
+};
+
+struct scan_registration {
+  stem_map source, target;
+  globalmatch::registration registration;
+};
+
+namespace detail {
+inline namespace GLOBALMATCH_THREADING {
+
+/// ICP over the samples of both maps, in their levelled frames.
+inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
+                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
+                                    const icp_options& options, const execution& how) {
+  const auto local_samples = [](const stem_map& map) {
+    std::vector<Eigen::Vector3d> samples;
+    for (const auto* of : {&map.ground_samples, &map.stem_samples})
+      for (const Eigen::Vector3d& p : *of) samples.push_back(map.terrain.frame.to_local(p));
+    return samples;
+  };
+  const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
+  const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();
+  icp_result result = refine_by_icp(local_samples(source), local_samples(target),
+                                    target_local * coarse * source_local.inverse(), dof, options, how);
+  result.target_from_source = target_local.inverse() * result.target_from_source * source_local;
+  return result;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
+/// that does not converge leaves the coarse motion. Throws `std::invalid_argument` naming a bad option.
+inline registration register_maps(const stem_map& source, const stem_map& target,
+                                  const registration_options& options = {}, const execution& how = {}) {
+  require_valid(options.icp);
+  registration result;
+  try {
+    result.matching =
+        match_positions(import_positions(source.stems, source.up, "source"),
+                        import_positions(target.stems, target.up, "target"), options.matching, how);
+    result.outcome = result.matching.outcome;
+    result.reason = result.matching.reason;
+    result.target_from_source = result.matching.target_from_source;
+    if (result.outcome == outcome::registered && options.icp.metric != icp_metric::none) {
+      result.icp = detail::refine_by_samples(source, target, *result.target_from_source, options.matching.dof,
+                                             options.icp, how);
+      if (result.icp->converged) result.target_from_source = result.icp->target_from_source;
+    }
+  } catch (const operation_cancelled& e) {
+    result.outcome = outcome::cancelled;
+    result.reason = e.what();
+    result.target_from_source.reset();
+  }
+  return result;
+}
+
+/// Registers two scans: map the stems of each, then `register_maps`. `up` points away from the ground in both
+/// frames.
+template <point_range Source, point_range Target>
+scan_registration register_scans(const Source& source, const Target& target,
+                                 const registration_options& options = {},
+                                 const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
+                                 const execution& how = {}) {
+  require_valid(options.matching);
+  require_valid(options.icp);
+  scan_registration result;
+  result.source = map_stems(source, options.mapping, up, how);
+  if (!result.source.cancelled) result.target = map_stems(target, options.mapping, up, how);
+  if (result.source.cancelled || result.target.cancelled) {
+    result.registration.outcome = outcome::cancelled;
+    result.registration.reason = operation_cancelled().what();
+    return result;
+  }
+  result.registration = register_maps(result.source, result.target, options, how);
+  return result;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace globalmatch

@@ -1,0 +1,109 @@
+// Verdict: is the best hypothesis to be trusted?
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/position_set.hpp"
+
+namespace globalmatch {
+
+enum class outcome {
+  registered,      ///< there is a transform to trust
+  ambiguous,       ///< several transforms explain the stems about as well
+  not_registered,  ///< no transform does
+  cancelled        ///< the progress callback said so
+};
+
+/// The outcome's name, as in the JSON output.
+inline std::string_view to_string(outcome o) {
+  switch (o) {
+    case outcome::registered:
+      return "registered";
+    case outcome::ambiguous:
+      return "ambiguous";
+    case outcome::not_registered:
+      return "not_registered";
+    case outcome::cancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+struct verdict_options {
+  int least_correspondences = 4;  ///< stems in both maps (ours)
+  double least_spread = 0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const verdict_options& options) {
+  if (options.least_correspondences < 3)
+    throw std::invalid_argument("verdict.least_correspondences must be at least 3");
+  if (!(options.least_spread >= 0)) throw std::invalid_argument("verdict.least_spread must not be negative");
+}
+
+struct verdict {
+  globalmatch::outcome outcome = outcome::not_registered;
+  std::string reason;  ///< names the step and the remedy; empty when registered
+};
+
+namespace detail {
+
+/// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
+inline double spread_in_plan(const hypothesis& h, const position_set& source) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const correspondence& c : h.correspondences) mean += source.at[c.source].head<2>();
+  mean /= double(h.correspondences.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const correspondence& c : h.correspondences) {
+    const Eigen::Vector2d d = source.at[c.source].head<2>() - mean;
+    covariance += d * d.transpose() / double(h.correspondences.size());
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+}
+
+}  // namespace detail
+
+/// A simple rule until chance is measured: enough stems, not in a line, and more than the runner-up pairs by
+/// at least the counting error sqrt(n1 + n2) of the two numbers. `hypotheses` are ranked, distinct, of one
+/// tolerance.
+inline verdict judge(std::span<const hypothesis> hypotheses, const position_set& source,
+                     const position_set& target, const verdict_options& options = {}) {
+  require_valid(options);
+  const auto least = std::size_t(options.least_correspondences);
+  const std::string needed = "at least " + std::to_string(least) + " are needed";
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (map->size() < least)
+      return {outcome::not_registered,
+              std::string(name) + ": " + std::to_string(map->size()) + " stems, " + needed +
+                  "; scan a larger part of the plot, or look at where its stems were lost"};
+  const std::size_t best = hypotheses.empty() ? 0 : hypotheses.front().correspondences.size();
+  if (best < least)
+    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
+                                         " stems, " + needed +
+                                         "; the scans overlap too little or the tolerance is too small"};
+  if (detail::spread_in_plan(hypotheses.front(), source) < options.least_spread)
+    return {outcome::not_registered,
+            "matching: the " + std::to_string(best) +
+                " paired stems lie in a line; scans with a wider overlap are needed"};
+  if (hypotheses.size() > 1) {
+    const std::size_t second = hypotheses[1].correspondences.size();
+    if (double(best) - double(second) < std::sqrt(double(best + second)))
+      return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
+                                      " stems and another one " + std::to_string(second) +
+                                      "; more overlap is needed to tell them apart"};
+  }
+  return {outcome::registered, ""};
+}
+
+}  // namespace globalmatch
