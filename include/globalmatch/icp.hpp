@@ -28,12 +28,12 @@ namespace globalmatch {
 enum class icp_metric { none, point_to_point, point_to_plane };
 
 struct icp_options {
-  icp_metric metric = icp_metric::point_to_point;
-  double largest_distance = 0.3;  ///< [m] points further apart are no pair
-  double trimming = 3;            ///< pairs further apart than so many times the median are dropped
+  icp_metric metric = icp_metric::point_to_plane;  ///< ([GM] 3.3: point to point)
+  double largest_distance = 0.3;                   ///< [m] points further apart are no pair
+  double trimming = 3;  ///< pairs further apart than so many times their layer's median are dropped
   int most_iterations = 50;
-  double still = 1e-5;              ///< [m], [rad] it has converged when a step is smaller
-  std::size_t most_points = 50000;  ///< source samples that are used, evenly picked
+  double still = 1e-4;              ///< [m], [rad] it has converged when a step is smaller
+  std::size_t most_points = 50000;  ///< source samples that are used of a layer, evenly picked
   int plane_neighbors = 10;         ///< target samples that make a plane
 };
 
@@ -47,6 +47,12 @@ inline void require_valid(const icp_options& options) {
   if (options.plane_neighbors < 3) throw std::invalid_argument("icp.plane_neighbors must be at least 3");
 }
 
+/// Samples of one kind of surface in both scans [m]. Points are only paired within their layer, so that dense
+/// stems do not crowd out sparse ground.
+struct icp_layer {
+  std::vector<Eigen::Vector3d> source, target;
+};
+
 struct icp_result {
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   bool converged = false;  ///< false: too few pairs, or still moving at the last iteration
@@ -56,12 +62,6 @@ struct icp_result {
 };
 
 namespace detail {
-
-struct icp_pair {
-  std::size_t source;
-  std::uint32_t target;
-  double distance;
-};
 
 /// Unit normals of the surface around each target sample.
 inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vector3d>& samples,
@@ -79,6 +79,22 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
   }
   return normals;
 }
+
+/// One layer, ready for queries.
+struct icp_surface {
+  std::vector<Eigen::Vector3d> source, target, normals;
+  neighbor_tree<double, 3> tree;  // of the target
+
+  icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options)
+      : target(std::move(layer.target)),
+        tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
+    const std::size_t step = (layer.source.size() + options.most_points - 1) / options.most_points;
+    for (std::size_t i = 0; i < layer.source.size(); i += step) source.push_back(layer.source[i]);
+    normals = options.metric == icp_metric::point_to_plane
+                  ? sample_normals(target, tree, options.plane_neighbors)
+                  : std::vector<Eigen::Vector3d>(target.size());
+  }
+};
 
 /// Small motion that brings `moved` nearest to the planes through `target` along `normals` (linearised
 /// rotation), about `center`. 4-DoF turns about z alone.
@@ -114,31 +130,36 @@ inline std::optional<Eigen::Isometry3d> plane_step(const std::vector<Eigen::Vect
 namespace detail {
 inline namespace GLOBALMATCH_THREADING {
 
-/// Pairs each moved point with its nearest target sample; those too far apart are dropped.
-inline std::vector<icp_pair> nearest_pairs(const std::vector<Eigen::Vector3d>& moved,
-                                           const neighbor_tree<double, 3>& target, const icp_options& options,
-                                           const execution& how) {
-  std::vector<neighbor<double>> nearest_of(moved.size());
-  parallel_chunks(how, "icp", moved.size(), 1024, [&](std::size_t begin, std::size_t end) {
+/// Appends the pairs of one layer: each moved source point with its nearest target sample, but those too far
+/// apart.
+inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& target_from_source,
+                         const Eigen::Vector3d& origin, const icp_options& options, const execution& how,
+                         std::vector<Eigen::Vector3d>& moved, std::vector<Eigen::Vector3d>& partners,
+                         std::vector<Eigen::Vector3d>& normals) {
+  std::vector<Eigen::Vector3d> laid(surface.source.size());
+  std::vector<neighbor<double>> nearest_of(surface.source.size());
+  parallel_chunks(how, "icp", laid.size(), 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
-      target.nearest({moved[i].x(), moved[i].y(), moved[i].z()}, 1, nearest);
+      laid[i] = target_from_source * surface.source[i] - origin;
+      surface.tree.nearest({laid[i].x(), laid[i].y(), laid[i].z()}, 1, nearest);
       nearest_of[i] = nearest.front();
     }
   });
-  std::vector<icp_pair> pairs;
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    const double distance = std::sqrt(nearest_of[i].squared_distance);
-    if (distance < options.largest_distance) pairs.push_back({i, nearest_of[i].index, distance});
-  }
-  if (pairs.empty()) return pairs;
   std::vector<double> distances;
-  for (const icp_pair& pair : pairs) distances.push_back(pair.distance);
+  for (const auto& n : nearest_of)
+    if (n.squared_distance < options.largest_distance * options.largest_distance)
+      distances.push_back(std::sqrt(n.squared_distance));
+  if (distances.empty()) return;
   const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
-  std::erase_if(pairs,
-                [limit = options.trimming * *middle](const icp_pair& pair) { return pair.distance > limit; });
-  return pairs;
+  const double limit = std::min(options.largest_distance, options.trimming * *middle);
+  for (std::size_t i = 0; i < laid.size(); ++i) {
+    if (nearest_of[i].squared_distance > limit * limit) continue;
+    moved.push_back(laid[i]);
+    partners.push_back(surface.target[nearest_of[i].index]);
+    normals.push_back(surface.normals[nearest_of[i].index]);
+  }
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -146,61 +167,57 @@ inline std::vector<icp_pair> nearest_pairs(const std::vector<Eigen::Vector3d>& m
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Refines `coarse`, the motion target_from_source, over samples of both scans [m]. When fewer than six pairs
-/// are left `converged` is false and the motion the last good one. 4-DoF turns about z, so both frames must
-/// be level.
-template <point_range Source, point_range Target>
-icp_result refine_by_icp(const Source& source, const Target& target, const Eigen::Isometry3d& coarse,
-                         degrees_of_freedom dof, const icp_options& options = {}, const execution& how = {}) {
+/// Refines `coarse`, the motion target_from_source, over the layers. When fewer than six pairs are left
+/// `converged` is false and the motion the last good one. 4-DoF turns about z, so both frames must be level.
+inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isometry3d& coarse,
+                                degrees_of_freedom dof, const icp_options& options = {},
+                                const execution& how = {}) {
   require_valid(options);
   icp_result result;
   result.target_from_source = coarse;
-  if (options.metric == icp_metric::none) return result;
-
-  std::vector<Eigen::Vector3d> from, onto;
-  for (const auto& p : source) from.push_back(xyz(p));
-  for (const auto& p : target) onto.push_back(xyz(p));
-  if (from.size() < 6 || onto.size() < 6) return result;
-  const std::size_t step = (from.size() + options.most_points - 1) / options.most_points;
-  for (std::size_t i = 0; i * step < from.size(); ++i) from[i] = from[i * step];
-  from.resize((from.size() + step - 1) / step);
-  const Eigen::Vector3d origin = onto.front();  // small numbers keep the digits
-  for (Eigen::Vector3d& p : onto) p -= origin;
-  const neighbor_tree<double, 3> tree(onto.size(), [&](std::size_t i) { return onto[i]; });
+  std::erase_if(layers, [](const icp_layer& layer) { return layer.source.empty() || layer.target.empty(); });
+  if (options.metric == icp_metric::none || layers.empty()) return result;
   const bool planes = options.metric == icp_metric::point_to_plane;
-  const auto normals = planes ? detail::sample_normals(onto, tree, options.plane_neighbors)
-                              : std::vector<Eigen::Vector3d>(onto.size());
+  const Eigen::Vector3d origin = layers.front().target.front();  // small numbers keep the digits
+  std::vector<detail::icp_surface> surfaces;
+  for (icp_layer& layer : layers) surfaces.emplace_back(layer, origin, options);
 
   while (result.iterations < options.most_iterations && !result.converged) {
-    std::vector<Eigen::Vector3d> moved;
-    for (const Eigen::Vector3d& p : from) moved.push_back(result.target_from_source * p - origin);
-    const auto pairs = detail::nearest_pairs(moved, tree, options, how);
-    if (pairs.size() < 6) return result;
-
-    std::vector<Eigen::Vector3d> paired, partners, partner_normals;
+    std::vector<Eigen::Vector3d> moved, partners, normals;
+    for (const detail::icp_surface& surface : surfaces)
+      detail::pair_nearest(surface, result.target_from_source, origin, options, how, moved, partners,
+                           normals);
+    if (moved.size() < 6) return result;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     double squares = 0;
-    for (const auto& pair : pairs) {
-      paired.push_back(moved[pair.source]);
-      partners.push_back(onto[pair.target]);
-      partner_normals.push_back(normals[pair.target]);
-      center += paired.back() / double(pairs.size());
-      squares += planes ? std::pow(partner_normals.back().dot(paired.back() - partners.back()), 2)
-                        : pair.distance * pair.distance;
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const Eigen::Vector3d d = moved[i] - partners[i];
+      center += moved[i] / double(moved.size());
+      squares += planes ? std::pow(normals[i].dot(d), 2) : d.squaredNorm();
     }
-    const auto motion = planes ? detail::plane_step(paired, partners, partner_normals, center, dof)
-                               : fit_transform(paired, partners, dof);
+    const auto motion = planes ? detail::plane_step(moved, partners, normals, center, dof)
+                               : fit_transform(moved, partners, dof);
     if (!motion) return result;
     result.target_from_source =
         Eigen::Translation3d(origin) * *motion * Eigen::Translation3d(-origin) * result.target_from_source;
-    result.pairs = pairs.size();
-    result.rms = std::sqrt(squares / double(pairs.size()));
+    result.pairs = moved.size();
+    result.rms = std::sqrt(squares / double(moved.size()));
     ++result.iterations;
     const double shift = (*motion * center - center).norm();
     const double turn = Eigen::AngleAxisd(motion->linear()).angle();
     result.converged = shift < options.still && turn < options.still;
   }
   return result;
+}
+
+/// The same over points of the caller's, as one layer.
+template <point_range Source, point_range Target>
+icp_result refine_by_icp(const Source& source, const Target& target, const Eigen::Isometry3d& coarse,
+                         degrees_of_freedom dof, const icp_options& options = {}, const execution& how = {}) {
+  icp_layer layer;
+  for (const auto& p : source) layer.source.push_back(xyz(p));
+  for (const auto& p : target) layer.target.push_back(xyz(p));
+  return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, how);
 }
 
 }  // namespace GLOBALMATCH_THREADING

@@ -57,20 +57,22 @@ struct scan_registration {
 namespace detail {
 inline namespace GLOBALMATCH_THREADING {
 
-/// ICP over the samples of both maps, in their levelled frames.
+/// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
                                     const icp_options& options, const execution& how) {
-  const auto local_samples = [](const stem_map& map) {
-    std::vector<Eigen::Vector3d> samples;
-    for (const auto* of : {&map.ground_samples, &map.stem_samples})
-      for (const Eigen::Vector3d& p : *of) samples.push_back(map.terrain.frame.to_local(p));
-    return samples;
+  const auto levelled = [](const stem_map& map, const std::vector<Eigen::Vector3d>& samples) {
+    std::vector<Eigen::Vector3d> local;
+    for (const Eigen::Vector3d& p : samples) local.push_back(map.terrain.frame.to_local(p));
+    return local;
   };
+  std::vector<icp_layer> layers = {
+      {levelled(source, source.ground_samples), levelled(target, target.ground_samples)},
+      {levelled(source, source.stem_samples), levelled(target, target.stem_samples)}};
   const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
   const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();
-  icp_result result = refine_by_icp(local_samples(source), local_samples(target),
-                                    target_local * coarse * source_local.inverse(), dof, options, how);
+  icp_result result =
+      refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, how);
   result.target_from_source = target_local.inverse() * result.target_from_source * source_local;
   return result;
 }

@@ -1,0 +1,55 @@
+// Finds the tree stems in a scan.
+#include <globalmatch/stem_mapping.hpp>
+
+#include "support/command_line.hpp"
+#include "support/reports.hpp"
+#include "support/scan_files.hpp"
+#include "support/stem_files.hpp"
+
+#include <iostream>
+
+using namespace globalmatch;
+
+namespace {
+
+void write_stem_map(const std::filesystem::path& path, const stem_map& map) {
+  std::vector<support::stem_record> records;
+  std::vector<support::stem_column> columns = {{"axis_x", {}}, {"axis_y", {}},     {"axis_z", {}},
+                                               {"points", {}}, {"sigma_plan", {}}, {"ground_seen", {}}};
+  for (const stem& s : map.stems) {
+    records.push_back({s.position.x(), s.position.y(), s.position.z(), s.radius});
+    const double values[] = {s.axis.x(),       s.axis.y(),
+                             s.axis.z(),       double(s.support.size()),
+                             s.position_sigma, s.ground_seen ? 1.0 : 0.0};
+    for (std::size_t c = 0; c < columns.size(); ++c) columns[c].values.push_back(values[c]);
+  }
+  support::write_stems(path, records, columns);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Finds the tree stems in a scan: positions on the ground, radii, axes.", "map_stems");
+  std::filesystem::path scan_file, out;
+  support::shared_options options;
+  app.add_option("SCAN", scan_file, "PLY, PCD, LAS or text file of points")->required();
+  app.add_option("--out", out, "stem map to write (CSV)")->required()->type_name("FILE");
+  options.add_mapping_to(app);
+  options.add_execution_to(app);
+
+  return support::run_program(app, argc, argv, [&] {
+    const auto scan = support::read_scan(scan_file);
+    support::stage_clock clock;
+    const stem_map map =
+        map_stems(scan, options.for_library().mapping, options.up_direction(), clock.listen(options.threads));
+    const double seconds = clock.seconds();
+
+    write_stem_map(out, map);
+    auto report = support::describe(map);
+    report["seconds"] = seconds;
+    report["stages"] = clock.stages();
+    support::write_json(options.json, report);
+    std::cout << map.stems.size() << " stems in " << scan.size() << " points\n";
+    return support::done;
+  });
+}

@@ -1,0 +1,48 @@
+// Matches two stem maps by the relative positions of their stems.
+#include <globalmatch/stem_matching.hpp>
+
+#include "support/command_line.hpp"
+#include "support/reports.hpp"
+#include "support/stem_files.hpp"
+
+#include <iostream>
+
+using namespace globalmatch;
+
+int main(int argc, char** argv) {
+  CLI::App app("Matches two stem maps and writes the motion that lays the source on the target.",
+               "match_stems");
+  std::filesystem::path source_file, target_file, out;
+  support::shared_options options;
+  app.add_option("SOURCE", source_file, "stem map (CSV with columns x, y and, if known, z)")->required();
+  app.add_option("TARGET", target_file, "stem map to lay it on")->required();
+  app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
+  app.add_option("--up", options.up, "direction away from the ground in both maps")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->capture_default_str();
+  options.add_matching_to(app);
+  options.add_execution_to(app);
+
+  return support::run_program(app, argc, argv, [&] {
+    const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
+    matching_options matching_options = options.for_library().matching;
+    matching_options.horizontal |= !source.has_heights || !target.has_heights;
+    support::stage_clock clock;
+    const matching result = match_stems(source.stems, target.stems, matching_options, options.up_direction(),
+                                        clock.listen(options.threads));
+    const double seconds = clock.seconds();
+
+    support::write_or_remove_transform(out, result.target_from_source);
+    auto report = support::describe(result, result.target_from_source);
+    report["source"] = {{"stems", source.stems.size()}};
+    report["target"] = {{"stems", target.stems.size()}};
+    report["seconds"] = seconds;
+    report["stages"] = clock.stages();
+    support::write_json(options.json, report);
+    const bool registered = result.outcome == outcome::registered;
+    (registered ? std::cout : std::cerr) << support::summary(result) << '\n';
+    return registered ? support::done : support::no_registration;
+  });
+}

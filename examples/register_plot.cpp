@@ -1,0 +1,79 @@
+// Registers the scans of a whole plot on one of them; each scan is mapped once.
+#include <globalmatch/registration.hpp>
+
+#include "support/command_line.hpp"
+#include "support/file_error.hpp"
+#include "support/reports.hpp"
+#include "support/scan_files.hpp"
+
+#include <iostream>
+#include <set>
+
+using namespace globalmatch;
+
+int main(int argc, char** argv) {
+  CLI::App app("Lays every source scan on the target scan; each is mapped once.", "register_plot");
+  std::filesystem::path target_file, out_dir;
+  std::vector<std::filesystem::path> source_files;
+  support::shared_options options;
+  app.add_option("TARGET", target_file, "scan to lay the others on")->required();
+  app.add_option("SOURCE", source_files, "scans to lay on it")->required();
+  app.add_option("--out-dir", out_dir, "folder for T_<source name>.txt, one for each source")
+      ->required()
+      ->type_name("DIR");
+  options.add_mapping_to(app);
+  options.add_matching_to(app);
+  options.add_icp_to(app);
+  options.add_execution_to(app);
+
+  return support::run_program(app, argc, argv, [&] {
+    std::set<std::filesystem::path> names;
+    for (const auto& file : source_files)
+      if (!names.insert(file.stem()).second)
+        throw support::file_error(file, "two sources have this name",
+                                  "Rename one: the results are named by it.");
+    std::error_code error;
+    std::filesystem::create_directories(out_dir, error);
+    if (error)
+      throw support::file_error(out_dir, "the folder cannot be made", "Name one that can be written.");
+
+    const registration_options library_options = options.for_library();
+    support::stage_clock clock;
+    const execution how = clock.listen(options.threads);
+    double seconds = 0;
+    const auto timed = [&](const auto& work) {
+      const double before = clock.seconds();
+      auto result = work();
+      seconds += clock.seconds() - before;
+      return result;
+    };
+    const auto map_file = [&](const std::filesystem::path& file) {
+      const auto scan = support::read_scan(file);
+      clock.skip();
+      return timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); });
+    };
+
+    const stem_map target = map_file(target_file);
+    nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
+    bool all_registered = true;
+    for (const auto& file : source_files) {
+      const stem_map source = map_file(file);
+      const registration result = timed([&] { return register_maps(source, target, library_options, how); });
+      support::write_or_remove_transform(out_dir / ("T_" + file.stem().string() + ".txt"),
+                                         result.target_from_source);
+      auto pair = support::describe(result.matching, result.target_from_source);
+      pair["name"] = file.stem().string();
+      pair["source"] = support::describe(source);
+      pairs.push_back(std::move(pair));
+      const bool registered = result.outcome == outcome::registered;
+      all_registered = all_registered && registered;
+      (registered ? std::cout : std::cerr)
+          << file.filename().string() << ": " << support::summary(result.matching) << '\n';
+    }
+    support::write_json(options.json, {{"target", support::describe(target)},
+                                       {"pairs", std::move(pairs)},
+                                       {"seconds", seconds},
+                                       {"stages", clock.stages()}});
+    return all_registered ? support::done : support::no_registration;
+  });
+}

@@ -1,0 +1,69 @@
+// Registers two scans of a forest plot: maps the stems of each, matches them, refines by ICP.
+#include <globalmatch/registration.hpp>
+
+#include "support/command_line.hpp"
+#include "support/reports.hpp"
+#include "support/scan_files.hpp"
+
+#include <iostream>
+
+using namespace globalmatch;
+
+namespace {
+
+constexpr support::rgb source_colour = {213, 94, 0}, target_colour = {0, 114, 178};
+
+/// Both scans in the frame of the target, one colour each.
+void write_merged(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& source,
+                  const std::vector<Eigen::Vector3d>& target, const Eigen::Isometry3d& target_from_source) {
+  std::vector<Eigen::Vector3d> points = target;
+  std::vector<support::rgb> colours(target.size(), target_colour);
+  for (const Eigen::Vector3d& p : source) points.push_back(target_from_source * p);
+  colours.resize(points.size(), source_colour);
+  support::write_ply(path, points, colours);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Registers two scans and writes the motion that lays the source on the target.",
+               "register_scans");
+  std::filesystem::path source_file, target_file, out, merged, picture;
+  support::shared_options options;
+  app.add_option("SOURCE", source_file, "PLY, PCD, LAS or text file of points")->required();
+  app.add_option("TARGET", target_file, "scan to lay it on")->required();
+  app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
+  app.add_option("--write", merged, "both scans in the target's frame (PLY), one colour each")
+      ->type_name("FILE");
+  app.add_option("--report", picture, "plan picture of both stem maps before and after (SVG)")
+      ->type_name("FILE");
+  options.add_mapping_to(app);
+  options.add_matching_to(app);
+  options.add_icp_to(app);
+  options.add_execution_to(app);
+
+  return support::run_program(app, argc, argv, [&] {
+    const auto source = support::read_scan(source_file), target = support::read_scan(target_file);
+    support::stage_clock clock;
+    const auto [source_map, target_map, result] = register_scans(
+        source, target, options.for_library(), options.up_direction(), clock.listen(options.threads));
+    const double seconds = clock.seconds();
+
+    support::write_or_remove_transform(out, result.target_from_source);
+    if (!merged.empty() && result.target_from_source)
+      write_merged(merged, source, target, *result.target_from_source);
+    if (!picture.empty())
+      support::write_report_picture(
+          picture, source_map, target_map, result,
+          source_file.filename().string() + " on " + target_file.filename().string());
+    auto report = support::describe(result.matching, result.target_from_source);
+    report["source"] = support::describe(source_map);
+    report["target"] = support::describe(target_map);
+    report["seconds"] = seconds;
+    report["stages"] = clock.stages();
+    support::write_json(options.json, report);
+    const bool registered = result.outcome == outcome::registered;
+    (registered ? std::cout : std::cerr) << support::summary(result.matching) << '\n';
+    return registered ? support::done : support::no_registration;
+  });
+}

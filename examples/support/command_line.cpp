@@ -1,0 +1,84 @@
+#include "support/command_line.hpp"
+
+#include "support/file_error.hpp"
+
+#include <exception>
+#include <iostream>
+#include <map>
+#include <new>
+
+namespace globalmatch::support {
+
+void shared_options::add_mapping_to(CLI::App& app) {
+  app.add_option("--up", up, "direction away from the ground, in the frame of the scans")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z")
+      ->capture_default_str();
+  app.add_option("--scanner", scanner, "position of the scanner; accepted, but nothing depends on it yet")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
+  app.add_option("--seed", seed, "seed of the random draws")->capture_default_str();
+  app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
+}
+
+void shared_options::add_matching_to(CLI::App& app) {
+  app.add_option("--dof", dof, "4: turn about the vertical only, for levelled scans; 6: turn freely")
+      ->check(CLI::IsMember({4, 6}))
+      ->capture_default_str();
+  app.add_option("--tolerance", tolerance, "how far apart stems of one tree may lie [m]")
+      ->check(CLI::PositiveNumber)
+      ->type_name("M");
+  app.add_flag("--horizontal", horizontal, "compare distances in plan, ignoring heights");
+}
+
+void shared_options::add_icp_to(CLI::App& app) {
+  app.add_option("--icp", icp, "fine registration: none, point (to point) or plane (point to plane)")
+      ->check(CLI::IsMember({"none", "point", "plane"}))
+      ->capture_default_str();
+}
+
+void shared_options::add_execution_to(CLI::App& app) {
+  app.add_option("--threads", threads, "number of threads; 0: all")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  app.add_option("--json", json, "write counts, times and the result to this file")->type_name("FILE");
+}
+
+registration_options shared_options::for_library() const {
+  const std::map<std::string, icp_metric> metrics = {{"none", icp_metric::none},
+                                                     {"point", icp_metric::point_to_point},
+                                                     {"plane", icp_metric::point_to_plane}};
+  registration_options options;
+  options.mapping.verticality.constraint = !no_verticality;
+  options.mapping.stems.cylinder.seed = seed;
+  options.matching.dof = dof == 6 ? degrees_of_freedom::six : degrees_of_freedom::four;
+  options.matching.tolerance = tolerance;
+  options.matching.horizontal = horizontal;
+  options.icp.metric = metrics.at(icp);
+  return options;
+}
+
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  const auto fail = [&](const std::string& message) {
+    std::cerr << app.get_name() << ": " << message << '\n';
+    return unusable_input;
+  };
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? done : unusable_input;
+  }
+  try {
+    return body();
+  } catch (const file_error& e) {
+    return fail(e.what());
+  } catch (const std::invalid_argument& e) {
+    return fail(e.what());
+  } catch (const std::bad_alloc&) {
+    return fail("not enough memory for this input; thin it or split it");
+  }
+}
+
+}  // namespace globalmatch::support

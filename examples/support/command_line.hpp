@@ -1,0 +1,47 @@
+// What the example programs have in common on their command lines, and how they end.
+#pragma once
+
+#include <globalmatch/registration.hpp>
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace globalmatch::support {
+
+/// Exit statuses of all programs.
+enum exit_status { done = 0, no_registration = 1, unusable_input = 2 };
+
+/// Options that several programs share; each adds the groups that apply to it.
+struct shared_options {
+  std::vector<double> up = {0, 0, 1};
+  std::vector<double> scanner;
+  std::uint64_t seed = 1;
+  bool no_verticality = false;
+  int dof = 4;
+  std::optional<double> tolerance;
+  bool horizontal = false;
+  std::string icp = "plane";
+  int threads = 0;
+  std::filesystem::path json;
+
+  void add_mapping_to(CLI::App& app);    ///< --up --scanner --seed --no-verticality
+  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal
+  void add_icp_to(CLI::App& app);        ///< --icp
+  void add_execution_to(CLI::App& app);  ///< --threads --json
+
+  Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }
+  registration_options for_library() const;
+};
+
+/// Parses the command line and runs `body`, which returns an exit status. Wrong usage, unreadable input and
+/// unwritable output (`CLI::ParseError`, `file_error`, `std::invalid_argument`) are told on standard error
+/// and end in status 2.
+int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
+
+}  // namespace globalmatch::support

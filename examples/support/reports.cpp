@@ -1,0 +1,151 @@
+#include "support/reports.hpp"
+
+#include "support/atomic_file.hpp"
+#include "support/file_error.hpp"
+#include "support/plan_picture.hpp"
+#include "support/transform_files.hpp"
+
+#include <algorithm>
+#include <sstream>
+#include <system_error>
+
+namespace globalmatch::support {
+
+using json = nlohmann::ordered_json;
+
+execution stage_clock::listen(int threads) {
+  execution how;
+  how.threads = threads;
+  how.on_progress = [this](const progress& p) {
+    const auto now = clock::now();
+    auto stage =
+        std::find_if(stages_.begin(), stages_.end(), [&](const auto& s) { return s.first == p.stage; });
+    if (stage == stages_.end()) stage = stages_.insert(stage, {std::string(p.stage), 0.0});
+    stage->second += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return true;
+  };
+  return how;
+}
+
+double stage_clock::seconds() const {
+  return std::chrono::duration<double>(clock::now() - start_).count();
+}
+
+json stage_clock::stages() const {
+  json result = json::object();
+  for (const auto& [name, seconds] : stages_) result[name] = seconds;
+  return result;
+}
+
+json describe(const stem_map& map) {
+  const mapping_funnel& f = map.funnel;
+  return {{"points", f.ground.points},
+          {"stems", f.stems},
+          {"funnel",
+           {{"not_finite", f.ground.not_finite},
+            {"ground_cells", f.ground.cells},
+            {"cells_apart", f.ground.cells_apart},
+            {"low_outliers", f.ground.low_outliers},
+            {"ground_points", f.ground.ground_points},
+            {"understory", f.understory},
+            {"thinned", f.thinned},
+            {"stem_points", f.stem_points},
+            {"clusters", f.clusters},
+            {"cylinders", f.cylinders}}},
+          {"spacing_near", map.spacing_near},
+          {"spacing_far", map.spacing_far},
+          {"distance_tolerance", map.distance_tolerance}};
+}
+
+namespace {
+
+json row_by_row(const Eigen::Isometry3d& motion) {
+  json numbers = json::array();
+  for (int r = 0; r < 4; ++r)
+    for (int c = 0; c < 4; ++c) numbers.push_back(motion.matrix()(r, c));
+  return numbers;
+}
+
+}  // namespace
+
+json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
+  json hypotheses = json::array();
+  for (const hypothesis& h : result.hypotheses)
+    hypotheses.push_back({{"matches", h.correspondences.size()},
+                          {"rms", h.rms},
+                          {"consensus", h.consensus},
+                          {"target_from_source", row_by_row(h.target_from_source)}});
+  return {{"matches", result.funnel.correspondences},
+          {"outcome", to_string(result.outcome)},
+          {"reason", result.reason},
+          {"target_from_source", target_from_source ? row_by_row(*target_from_source) : json(nullptr)},
+          {"hypotheses", std::move(hypotheses)},
+          {"tolerance", result.tolerance},
+          {"horizontal", result.horizontal},
+          {"funnel",
+           {{"source_triangles", result.funnel.source_triangles},
+            {"target_triangles", result.funnel.target_triangles},
+            {"local_pairs", result.funnel.local_pairs},
+            {"consensus", result.funnel.consensus}}}};
+}
+
+void write_json(const std::filesystem::path& path, const json& report) {
+  if (path.empty()) return;
+  atomic_file file(path);
+  file.stream() << report.dump(2) << '\n';
+  file.commit();
+}
+
+void write_or_remove_transform(const std::filesystem::path& path,
+                               const std::optional<Eigen::Isometry3d>& target_from_source) {
+  if (target_from_source) {
+    write_transform(path, *target_from_source);
+    return;
+  }
+  std::error_code error;
+  if (std::filesystem::is_regular_file(path, error)) std::filesystem::remove(path, error);
+  if (error)
+    throw file_error(path, "an earlier result cannot be removed",
+                     "Remove it by hand: it is not of these scans.");
+}
+
+void write_report_picture(const std::filesystem::path& path, const stem_map& source, const stem_map& target,
+                          const registration& result, std::string_view title) {
+  std::vector<Eigen::Vector3d> positions[2];
+  std::vector<double> radii[2];
+  const stem_map* maps[2] = {&source, &target};
+  for (int k = 0; k < 2; ++k)
+    for (const stem& s : maps[k]->stems) {
+      positions[k].push_back(maps[k]->terrain.frame.local_from_scan_rotation * s.position);
+      radii[k].push_back(s.radius);
+    }
+  std::vector<std::pair<stem_index, stem_index>> matches;
+  plan_picture picture{.source = {positions[0], radii[0]}, .target = {positions[1], radii[1]}};
+  if (result.target_from_source) {
+    // The picture looks down on levelled frames.
+    Eigen::Isometry3d source_level = Eigen::Isometry3d::Identity(),
+                      target_level = Eigen::Isometry3d::Identity();
+    source_level.linear() = source.terrain.frame.local_from_scan_rotation;
+    target_level.linear() = target.terrain.frame.local_from_scan_rotation;
+    picture.target_from_source = target_level * *result.target_from_source * source_level.inverse();
+    for (const correspondence& c : result.matching.hypotheses.front().correspondences)
+      matches.emplace_back(c.source, c.target);
+  }
+  picture.matches = matches;
+  picture.title = title;
+  picture.caption = summary(result.matching);
+  write_plan_picture(path, picture);
+}
+
+std::string summary(const matching& result) {
+  std::ostringstream line;
+  line << to_string(result.outcome);
+  if (!result.reason.empty()) line << ": " << result.reason;
+  if (result.outcome == outcome::registered)
+    line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
+         << result.funnel.target_stems << " stems matched";
+  return line.str();
+}
+
+}  // namespace globalmatch::support
