@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
     const auto scan = support::read_scan(scan_file);
     support::stage_clock clock;
     const stem_map map =
-        map_stems(scan, options.for_library().mapping, options.up_direction(), clock.listen(options.threads));
+        map_stems(scan, options.for_mapping(), options.up_direction(), clock.listen(options.threads));
     const double seconds = clock.seconds();
 
     write_stem_map(out, map);

@@ -27,7 +27,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
-    matching_options matching_options = options.for_library().matching;
+    matching_options matching_options = options.for_matching();
     matching_options.horizontal |= !source.has_heights || !target.has_heights;
     support::stage_clock clock;
     const matching result = match_stems(source.stems, target.stems, matching_options, options.up_direction(),

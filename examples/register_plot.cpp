@@ -37,7 +37,8 @@ int main(int argc, char** argv) {
     if (error)
       throw support::file_error(out_dir, "the folder cannot be made", "Name one that can be written.");
 
-    const registration_options library_options = options.for_library();
+    const registration_options library_options = {options.for_mapping(), options.for_matching(),
+                                                  options.for_icp()};
     support::stage_clock clock;
     const execution how = clock.listen(options.threads);
     double seconds = 0;

@@ -45,8 +45,9 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     const auto source = support::read_scan(source_file), target = support::read_scan(target_file);
     support::stage_clock clock;
-    const auto [source_map, target_map, result] = register_scans(
-        source, target, options.for_library(), options.up_direction(), clock.listen(options.threads));
+    const auto [source_map, target_map, result] =
+        register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},
+                       options.up_direction(), clock.listen(options.threads));
     const double seconds = clock.seconds();
 
     support::write_or_remove_transform(out, result.target_from_source);

@@ -2,9 +2,10 @@
 
 #include "support/file_error.hpp"
 
+#include <globalmatch/registration.hpp>
+
 #include <exception>
 #include <iostream>
-#include <map>
 #include <new>
 
 namespace globalmatch::support {
@@ -41,22 +42,31 @@ void shared_options::add_icp_to(CLI::App& app) {
 
 void shared_options::add_execution_to(CLI::App& app) {
   app.add_option("--threads", threads, "number of threads; 0: all")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   app.add_option("--json", json, "write counts, times and the result to this file")->type_name("FILE");
 }
 
-registration_options shared_options::for_library() const {
-  const std::map<std::string, icp_metric> metrics = {{"none", icp_metric::none},
-                                                     {"point", icp_metric::point_to_point},
-                                                     {"plane", icp_metric::point_to_plane}};
-  registration_options options;
-  options.mapping.verticality.constraint = !no_verticality;
-  options.mapping.stems.cylinder.seed = seed;
-  options.matching.dof = dof == 6 ? degrees_of_freedom::six : degrees_of_freedom::four;
-  options.matching.tolerance = tolerance;
-  options.matching.horizontal = horizontal;
-  options.icp.metric = metrics.at(icp);
+mapping_options shared_options::for_mapping() const {
+  mapping_options options;
+  options.verticality.constraint = !no_verticality;
+  options.stems.cylinder.seed = seed;
+  return options;
+}
+
+matching_options shared_options::for_matching() const {
+  matching_options options;
+  options.dof = dof == 6 ? degrees_of_freedom::six : degrees_of_freedom::four;
+  options.tolerance = tolerance;
+  options.horizontal = horizontal;
+  return options;
+}
+
+icp_options shared_options::for_icp() const {
+  icp_options options;
+  options.metric = icp == "none"    ? icp_metric::none
+                   : icp == "point" ? icp_metric::point_to_point
+                                    : icp_metric::point_to_plane;
   return options;
 }
 

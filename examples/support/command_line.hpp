@@ -1,9 +1,8 @@
 // What the example programs have in common on their command lines, and how they end.
 #pragma once
 
-#include <globalmatch/registration.hpp>
-
 #include <CLI/CLI.hpp>
+#include <Eigen/Core>
 
 #include <cstdint>
 #include <filesystem>
@@ -11,6 +10,12 @@
 #include <optional>
 #include <string>
 #include <vector>
+
+namespace globalmatch {
+struct mapping_options;
+struct matching_options;
+struct icp_options;
+}  // namespace globalmatch
 
 namespace globalmatch::support {
 
@@ -36,7 +41,9 @@ struct shared_options {
   void add_execution_to(CLI::App& app);  ///< --threads --json
 
   Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }
-  registration_options for_library() const;
+  mapping_options for_mapping() const;
+  matching_options for_matching() const;
+  icp_options for_icp() const;
 };
 
 /// Parses the command line and runs `body`, which returns an exit status. Wrong usage, unreadable input and

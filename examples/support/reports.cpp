@@ -1,5 +1,7 @@
 #include "support/reports.hpp"
 
+#include <globalmatch/registration.hpp>
+
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
 #include "support/plan_picture.hpp"

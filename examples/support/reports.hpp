@@ -1,8 +1,9 @@
 // What the example programs tell about a run: JSON files, times by stage, the plan picture.
 #pragma once
 
-#include <globalmatch/registration.hpp>
+#include <globalmatch/execution.hpp>
 
+#include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
 #include <chrono>
@@ -12,6 +13,12 @@
 #include <string_view>
 #include <utility>
 #include <vector>
+
+namespace globalmatch {
+struct stem_map;
+struct matching;
+struct registration;
+}  // namespace globalmatch
 
 namespace globalmatch::support {
 

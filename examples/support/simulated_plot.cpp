@@ -105,8 +105,9 @@ simulated_stem random_stem(const Vector3d& position, const plot_options& o, rand
 }
 
 frustum random_branch(const simulated_stem& stem, random_source& random) {
-  const Vector3d axis = (stem.trunk.top - stem.position).normalized();
-  const Vector3d start = stem.position + between(0.5, 5, random) * axis;
+  const Vector3d stem_line = stem.trunk.top - stem.position;
+  const double height = between(0.5, std::min(5.0, stem_line.norm()), random);
+  const Vector3d start = stem.position + height * stem_line.normalized();
   const double rise = radians(between(-20, 20, random));
   const Vector2d outward = std::cos(rise) * random_direction(random);
   const double length = stem.trunk.bottom_radius + between(0.2, 0.8, random);
@@ -139,15 +140,15 @@ void require_valid(const station_options& o, const plot& scene) {
 
 bool is_free(const Vector3d& scanner, const plot& scene, double clearance) {
   const auto plan_distance = [&](const Vector3d& p) { return (scanner - p).head<2>().norm(); };
-  return std::all_of(scene.stems.begin(), scene.stems.end(),
-                     [&](const simulated_stem& stem) {
-                       return plan_distance(stem.position) - stem.trunk.bottom_radius >= clearance;
-                     }) &&
-         std::all_of(scene.leaves.begin(), scene.leaves.end(), [&](const leaf_cloud& leaves) {
-           const bool high_above = leaves.centre.z() - leaves.semi_axes.z() > scanner.z() + clearance;
-           return high_above ||
-                  plan_distance(leaves.centre) - leaves.semi_axes.head<2>().maxCoeff() >= clearance;
-         });
+  const auto keeps_away_from_stem = [&](const simulated_stem& stem) {
+    return plan_distance(stem.position) - stem.trunk.bottom_radius >= clearance;
+  };
+  const auto keeps_away_from_leaves = [&](const leaf_cloud& leaves) {
+    const bool high_above = leaves.centre.z() - leaves.semi_axes.z() > scanner.z() + clearance;
+    return high_above || plan_distance(leaves.centre) - leaves.semi_axes.head<2>().maxCoeff() >= clearance;
+  };
+  return std::all_of(scene.stems.begin(), scene.stems.end(), keeps_away_from_stem) &&
+         std::all_of(scene.leaves.begin(), scene.leaves.end(), keeps_away_from_leaves);
 }
 
 /// The free place nearest to the wanted one, as far as random tries at a growing distance find it.

@@ -7,7 +7,6 @@
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -95,7 +94,8 @@ inline std::pair<Eigen::Vector3d, Eigen::Vector3d> plane_across(const Eigen::Vec
 inline Eigen::Vector3d common_direction(std::span<const Eigen::Vector3d> normals) {
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& n : normals) moments += n * n.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+  solver.computeDirect(moments);
   return solver.eigenvectors().col(0);
 }
 
@@ -168,8 +168,11 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
 /// `sigma` [m] about the surface: large when they show little of its curve.
 inline double axis_uncertainty(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma) {
   const detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
-  const Eigen::Matrix2d covariance = equations.normal.inverse().topLeftCorner<2, 2>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
+  const Eigen::Matrix<double, 5, 2> columns =
+      equations.normal.ldlt().solve(Eigen::Matrix<double, 5, 2>::Identity());
+  const Eigen::Matrix2d covariance = columns.topRows<2>();
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
   return sigma * std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
 }
 

@@ -2,8 +2,8 @@
 // In: points of a scan, one pass. Out: `terrain` and its funnel. Cost: linear in points and in area.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +88,7 @@ inline std::optional<float> height_of_local_plane(std::vector<Eigen::Vector3f>& 
     }
     normal(1, 1) += ridge * float(points.size());
     normal(2, 2) += ridge * float(points.size());
-    const Eigen::Vector3f plane = normal.ldlt().solve(right);
+    const Eigen::Vector3f plane = normal.inverse() * right;
     height = reference + plane.x();
     const auto residual = [&](const Eigen::Vector3f& p) {
       return p.z() - reference - plane.dot(Eigen::Vector3f(1, p.x() - x, p.y() - y));

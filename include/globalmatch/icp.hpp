@@ -75,7 +75,9 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     for (const auto& n : nearest)
       covariance += (samples[n.index] - mean) * (samples[n.index] - mean).transpose();
-    normals.push_back(Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors().col(0));
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(covariance);
+    normals.push_back(solver.eigenvectors().col(0));
   }
   return normals;
 }

@@ -68,7 +68,8 @@ inline double spread_in_plan(const hypothesis& h, const position_set& source) {
     const Eigen::Vector2d d = source.at[c.source].head<2>() - mean;
     covariance += d * d.transpose() / double(h.correspondences.size());
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance, Eigen::EigenvaluesOnly);
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
   return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
 }
 
