@@ -43,6 +43,7 @@ int main(int argc, char** argv) {
     const stem_map map =
         map_stems(scan, options.for_mapping(), options.up_direction(), clock.listen(options.threads));
     const double seconds = clock.seconds();
+    clock.leave();
 
     write_stem_map(out, map);
     auto report = support::describe(map);

@@ -33,6 +33,7 @@ int main(int argc, char** argv) {
     const matching result = match_stems(source.stems, target.stems, matching_options, options.up_direction(),
                                         clock.listen(options.threads));
     const double seconds = clock.seconds();
+    clock.leave();
 
     support::write_or_remove_transform(out, result.target_from_source);
     auto report = support::describe(result, result.target_from_source);

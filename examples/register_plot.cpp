@@ -45,12 +45,12 @@ int main(int argc, char** argv) {
     const auto timed = [&](const auto& work) {
       const double before = clock.seconds();
       auto result = work();
+      clock.leave();
       seconds += clock.seconds() - before;
       return result;
     };
     const auto map_file = [&](const std::filesystem::path& file) {
       const auto scan = support::read_scan(file);
-      clock.skip();
       return timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); });
     };
 

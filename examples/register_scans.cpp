@@ -49,6 +49,7 @@ int main(int argc, char** argv) {
         register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},
                        options.up_direction(), clock.listen(options.threads));
     const double seconds = clock.seconds();
+    clock.leave();
 
     support::write_or_remove_transform(out, result.target_from_source);
     if (!merged.empty() && result.target_from_source)

@@ -19,22 +19,33 @@ execution stage_clock::listen(int threads) {
   execution how;
   how.threads = threads;
   how.on_progress = [this](const progress& p) {
-    const auto now = clock::now();
-    auto stage =
-        std::find_if(stages_.begin(), stages_.end(), [&](const auto& s) { return s.first == p.stage; });
-    if (stage == stages_.end()) stage = stages_.insert(stage, {std::string(p.stage), 0.0});
-    stage->second += std::chrono::duration<double>(now - last_).count();
-    last_ = now;
+    enter(p.stage);
     return true;
   };
   return how;
+}
+
+void stage_clock::enter(std::string_view stage) {
+  const auto now = clock::now();
+  if (current_) stages_[*current_].second += std::chrono::duration<double>(now - last_).count();
+  last_ = now;
+  const auto known =
+      std::find_if(stages_.begin(), stages_.end(), [&](const auto& s) { return s.first == stage; });
+  current_ = std::size_t(known - stages_.begin());
+  if (known == stages_.end()) stages_.emplace_back(stage, 0.0);
+}
+
+void stage_clock::leave() {
+  if (current_) stages_[*current_].second += std::chrono::duration<double>(clock::now() - last_).count();
+  current_.reset();
 }
 
 double stage_clock::seconds() const {
   return std::chrono::duration<double>(clock::now() - start_).count();
 }
 
-json stage_clock::stages() const {
+json stage_clock::stages() {
+  leave();
   json result = json::object();
   for (const auto& [name, seconds] : stages_) result[name] = seconds;
   return result;

@@ -22,21 +22,26 @@ struct registration;
 
 namespace globalmatch::support {
 
-/// Times the stages of a run by listening to its progress.
+/// Times the stages of a run by listening to its progress: a stage lasts from its first report to that of the
+/// next one.
 class stage_clock {
  public:
   /// To be passed to the library; refers to this clock.
   execution listen(int threads);
-  /// Leaves the time since the last stage out of all stages.
-  void skip() { last_ = clock::now(); }
-  /// Seconds since construction, and by stage in the order they began.
+  /// Ends the stage at work; what follows belongs to none until the next report.
+  void leave();
+  /// Seconds since construction.
   double seconds() const;
-  nlohmann::ordered_json stages() const;
+  /// Ends the stage at work. Seconds by stage, in the order they began.
+  nlohmann::ordered_json stages();
 
  private:
   using clock = std::chrono::steady_clock;
+  void enter(std::string_view stage);
+
   clock::time_point start_ = clock::now(), last_ = start_;
   std::vector<std::pair<std::string, double>> stages_;
+  std::optional<std::size_t> current_;
 };
 
 /// Points, stems and the funnel between them.

@@ -70,6 +70,7 @@ inline int thread_count(const execution& how) {
 template <class Work>
 void parallel_chunks(const execution& how, std::string_view stage, std::size_t count, std::size_t chunk,
                      const Work& work) {
+  report_progress(how, stage, 0);
   const auto chunks = static_cast<std::ptrdiff_t>((count + chunk - 1) / chunk);
   std::vector<std::exception_ptr> errors(static_cast<std::size_t>(chunks));
   std::atomic<bool> stop = false;

@@ -1,9 +1,8 @@
-// What a user's program might do: its own point type, the nearest neighbour of each point, in parallel.
-// Needs every dependency of the headers. Exit status 0: the answer is right.
-#include <globalmatch/execution.hpp>
-#include <globalmatch/neighbors.hpp>
-#include <globalmatch/points.hpp>
+// What a user's program might do: match the stem maps of two scans, kept in its own type. Needs every
+// dependency of the headers. Exit status 0: the answer is right.
+#include <globalmatch/stem_matching.hpp>
 
+#include <cmath>
 #include <vector>
 
 struct tree_position {
@@ -12,14 +11,15 @@ struct tree_position {
 };
 
 int main() {
-  const std::vector<tree_position> trees = {{0, 0, 0, 7}, {4, 0, 0, 7}, {5, 0, 0, 9}, {0, 3, 0, 9}};
-  const globalmatch::neighbor_tree<double, 3> tree(trees.size(),
-                                                   [&](std::size_t i) { return globalmatch::xyz(trees[i]); });
-  std::vector<std::uint32_t> nearest_other(trees.size());
-  globalmatch::parallel_for({}, "nearest", trees.size(), [&](std::size_t i) {
-    std::vector<globalmatch::neighbor<double>> found;
-    tree.nearest(tree[i], 2, found);
-    nearest_other[i] = found[1].index;
-  });
-  return nearest_other == std::vector<std::uint32_t>{3, 2, 1, 0} ? 0 : 1;
+  const std::vector<tree_position> source = {{0, 0, 0, 7}, {4, 0, 0, 7},  {5, 2, 0, 9},  {1, 3, 0, 9},
+                                             {9, 5, 1, 7}, {12, 1, 1, 7}, {3, 11, 2, 9}, {8, 14, 2, 9}};
+  std::vector<tree_position> target;  // a quarter turn and a shift away
+  for (const tree_position& tree : source)
+    target.push_back({10 - tree.y, tree.x - 20, tree.z + 3, tree.species});
+
+  const globalmatch::matching result = globalmatch::match_stems(source, target);
+  if (result.outcome != globalmatch::outcome::registered) return 1;
+  const Eigen::Vector3d moved = *result.target_from_source * Eigen::Vector3d(1, 2, 3);
+  const bool right = (moved - Eigen::Vector3d(8, -19, 6)).norm() < 1e-9;
+  return right && result.hypotheses.front().correspondences.size() == source.size() ? 0 : 1;
 }

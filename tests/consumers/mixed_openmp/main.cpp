@@ -6,6 +6,7 @@ int main() {
   const unit_result parallel = with_openmp::compute();
   const unit_result serial = without_openmp::compute();
   const bool own_threading = parallel.threads == 3 && serial.threads == 1;
-  const bool same_bits = parallel.chunk_sums == serial.chunk_sums && serial.chunk_sums.back() > 0;
-  return own_threading && same_bits ? 0 : 1;
+  const bool same_sums = parallel.chunk_sums == serial.chunk_sums && serial.chunk_sums.back() > 0;
+  const bool same_motion = parallel.motion == serial.motion && serial.motion.size() == 16;
+  return own_threading && same_sums && same_motion ? 0 : 1;
 }

@@ -1,0 +1,239 @@
+#include "globalmatch/global_matching.hpp"
+
+#include <set>
+
+#include "catch.hpp"
+#include "oracles/algorithm_1.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+constexpr auto four = degrees_of_freedom::four;
+
+std::vector<triangle_pair> local_pairs(const position_set& source, const position_set& target,
+                                       bool horizontal, double tolerance, int neighbors = 6) {
+  return match_locally(build_triangles(source, horizontal, {.neighbors = neighbors}),
+                       build_triangles(target, horizontal, {.neighbors = neighbors}), tolerance);
+}
+
+void require_algorithm_1(const position_set& source, const position_set& target, bool horizontal,
+                         double tolerance) {
+  const auto pairs = local_pairs(source, target, horizontal, tolerance);
+  const auto sets = oracles::consensus_sets(source, target, pairs, horizontal, tolerance);
+  const auto sizes = consensus_sizes(map_pair(source, target, horizontal, four), pairs, tolerance);
+  REQUIRE(sizes.size() == sets.size());
+  const auto same_size = [](std::size_t size, const auto& set) { return size == set.size(); };
+  CHECK(std::equal(sizes.begin(), sizes.end(), sets.begin(), same_size));
+}
+
+void require_same(const hypothesis& a, const hypothesis& b) {
+  CHECK(a.correspondences == b.correspondences);
+  CHECK(a.target_from_source.matrix() == b.target_from_source.matrix());
+  CHECK(a.rms == b.rms);
+  CHECK(a.consensus == b.consensus);
+}
+
+/// Two triangle pairs of three stems each.
+bool agree(const position_set& source, const position_set& target, const triangle_pair& a,
+           const triangle_pair& b) {
+  return globally_consistent(a, b, detail::distance_table(source, false),
+                             detail::distance_table(target, false), 0.05);
+}
+
+/// A triangle at the origin and one 10 m away, turned by `turn` about its own centroid.
+position_set two_triangles(double turn) {
+  const positions first = {{0, 0, 0}, {3, 0, 0}, {1, 2, 0}};
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : first) centroid += p / 3;
+  positions second = first;
+  for (Eigen::Vector3d& p : second)
+    p = scenes::yaw_and_shift(turn, centroid) * Eigen::Vector3d(p - centroid) + Eigen::Vector3d(10, 1, 0);
+  positions both = first;
+  both.insert(both.end(), second.begin(), second.end());
+  return scenes::set_in_order(both);
+}
+
+const triangle_pair first_pair = {{0, 1, 2}, {0, 1, 2}, 0}, second_pair = {{3, 4, 5}, {3, 4, 5}, 0};
+
+}  // namespace
+
+TEST_CASE("two pairs of one motion agree, Fig. 6 a") {
+  const position_set source = two_triangles(0.3);
+  const position_set target =
+      scenes::set_in_order(scenes::moved(scenes::yaw_and_shift(2, {7, -3, 1}), source.at));
+  CHECK(agree(source, target, first_pair, second_pair));
+  CHECK(oracles::centroids_agree(source, target, first_pair, second_pair, 0.05));
+}
+
+TEST_CASE(
+    "a pair that is turned about its centroid is rejected, though the urban method accepts it, Fig. 6 b") {
+  const position_set source = two_triangles(0);
+  for (const double turn : {0.2, 1.0, 2.0, 3.0, -1.5}) {
+    const position_set target = two_triangles(turn);
+    CHECK(oracles::centroids_agree(source, target, first_pair, second_pair, 1e-9));
+    CHECK_FALSE(agree(source, target, first_pair, second_pair));
+    CHECK(oracles::global_dissimilarity(source, target, first_pair, second_pair, false) > 0.05);
+  }
+}
+
+TEST_CASE("global consistency wants every difference strictly below the tolerance") {
+  const position_set source =
+      scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {8, 0, 0}, {9, 0, 0}, {10, 0, 0}});
+  position_set target = source;
+  for (std::size_t i = 3; i < 6; ++i) target.at[i].x() += 0.5;
+  const detail::distance_table s(source, false), t(target, false);
+  CHECK_FALSE(globally_consistent(first_pair, second_pair, s, t, 0.5));
+  CHECK(globally_consistent(first_pair, second_pair, s, t, std::nextafter(0.5, 1)));
+}
+
+TEST_CASE("consensus_sizes equals Algorithm 1 on random maps") {
+  for (std::uint64_t seed = 0; seed < 25; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const positions stems = scenes::random_stems(random, 8 + random.below(5), 10, 10);
+    const position_set source = scenes::set_in_order(stems);
+    const position_set target = scenes::set_in_order(
+        scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), stems), 0.05, random));
+    require_algorithm_1(source, target, seed % 2 == 0, 0.2);
+  }
+}
+
+TEST_CASE(
+    "consensus_sizes equals Algorithm 1 on lattices, where everything ties and triangles share vertices") {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    random_source random(seed);
+    const auto part = [&] {
+      const positions whole = scenes::lattice(4, 4, 2);
+      auto order = scenes::random_order(whole.size(), random);
+      order.resize(11);
+      return scenes::set_in_order(scenes::reordered(whole, order));
+    };
+    const position_set source = part(), target = part();
+    require_algorithm_1(source, target, false, 0.05);
+    require_algorithm_1(source, target, false, 1.0);
+  }
+}
+
+TEST_CASE("consensus_sizes of no pairs, and of one") {
+  const position_set stems = two_triangles(0);
+  const map_pair maps(stems, stems, false, four);
+  CHECK(consensus_sizes(maps, {}, 0.05).empty());
+  CHECK(consensus_sizes(maps, std::vector{first_pair}, 0.05) == std::vector<std::size_t>{1});
+}
+
+TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consensus set") {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    random_source random(seed);
+    std::vector<triangle_pair> consensus(1 + random.below(20));
+    for (triangle_pair& pair : consensus)
+      for (std::size_t i = 0; i < 3; ++i) {
+        pair.source[i] = random.below(8);
+        pair.target[i] = random.below(8);
+      }
+    std::map<correspondence, int> votes;
+    for (const triangle_pair& pair : consensus)
+      for (std::size_t i = 0; i < 3; ++i) ++votes[{pair.source[i], pair.target[i]}];
+
+    const auto chosen = vote_correspondences(consensus);
+    CHECK(std::is_sorted(chosen.begin(), chosen.end()));
+    std::set<stem_index> sources, targets;
+    for (const correspondence& c : chosen) {
+      CHECK(votes[c] > 0);
+      CHECK(sources.insert(c.source).second);
+      CHECK(targets.insert(c.target).second);
+    }
+    for (const auto& [c, count] : votes) {
+      const bool beaten = std::any_of(chosen.begin(), chosen.end(), [&](const correspondence& winner) {
+        return (winner.source == c.source || winner.target == c.target) && votes[winner] >= count;
+      });
+      CHECK(beaten);
+    }
+  }
+}
+
+TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but for those that it disproves") {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const auto views = scenes::half_overlapping_views(random, 30);
+    const position_set source = scenes::set_in_order(views.source);
+    const position_set target = scenes::set_in_order(views.target);
+    const auto pairs = local_pairs(source, target, false, 0.05);
+    const auto expected = oracles::largest_consensus(source, target, pairs, false, 0.05);
+    const auto hypotheses = match_globally(map_pair(source, target, false, four), pairs, 0.05);
+    REQUIRE_FALSE(hypotheses.empty());
+    const hypothesis& best = hypotheses.front();
+    CHECK(scenes::largest_error(best.target_from_source, views.target_from_source, views.source) < 0.05);
+    for (const correspondence& c : expected) {
+      const double distance = (best.target_from_source * source.at[c.source] - target.at[c.target]).norm();
+      const bool found = std::binary_search(best.correspondences.begin(), best.correspondences.end(), c);
+      CHECK(found == (distance < 0.05));
+    }
+  }
+}
+
+TEST_CASE("match_globally gives ranked and distinct hypotheses that stand") {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const position_set source = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
+    const position_set target = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
+    const map_pair maps(source, target, false, four);
+    const auto hypotheses = match_globally(maps, local_pairs(source, target, false, 0.3), 0.3);
+    CHECK(std::is_sorted(hypotheses.begin(), hypotheses.end(), ranks_before));
+    for (const hypothesis& a : hypotheses) {
+      CHECK(a.tolerance == 0.3);
+      CHECK(maps.pair_stems(a.target_from_source, 0.3) == a.correspondences);
+      for (const hypothesis& b : hypotheses)
+        if (&a != &b) CHECK(differ(a, b, source, 2 * 0.3));
+    }
+  }
+}
+
+TEST_CASE("match_globally finds at least two hypotheses on a lattice") {
+  random_source random(1);
+  const position_set stems = scenes::set_in_order(scenes::lattice(5, 5, 2.5));
+  const position_set target = scenes::set_in_order(scenes::jittered(stems.at, 0.02, random));
+  const map_pair maps(stems, target, false, four);
+  for (const global_matching_options options :
+       {global_matching_options{}, {.most_hypotheses = 2, .most_seeds = 2}}) {
+    const auto hypotheses = match_globally(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
+    CHECK(hypotheses.size() >= 2);
+    CHECK(hypotheses.size() <= std::size_t(options.most_hypotheses));
+  }
+}
+
+TEST_CASE("match_globally gives the same bits for any number of threads") {
+  random_source random(2);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
+  const map_pair maps(source, target, false, four);
+  const auto pairs = local_pairs(source, target, false, 0.2, 12);
+  REQUIRE(pairs.size() > 128);
+  const auto expected = match_globally(maps, pairs, 0.2, {}, {.threads = 1});
+  for (const int threads : {2, 8}) {
+    const auto hypotheses = match_globally(maps, pairs, 0.2, {}, {.threads = threads});
+    REQUIRE(hypotheses.size() == expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) require_same(hypotheses[i], expected[i]);
+  }
+}
+
+TEST_CASE("match_globally of no pairs is no hypothesis") {
+  const position_set none;
+  CHECK(match_globally(map_pair(none, none, false, four), {}, 0.05).empty());
+}
+
+TEST_CASE("global matching options that make no sense are named") {
+  CHECK_NOTHROW(require_valid(global_matching_options{}));
+  CHECK_THROWS_AS(require_valid(global_matching_options{.most_hypotheses = 1}), std::invalid_argument);
+  CHECK_THROWS_WITH(require_valid(global_matching_options{.most_hypotheses = 1}),
+                    Catch::Contains("most_hypotheses must"));
+  CHECK_THROWS_WITH(require_valid(global_matching_options{.most_hypotheses = 5, .most_seeds = 4}),
+                    Catch::Contains("most_seeds must"));
+}
+
+}  // namespace globalmatch

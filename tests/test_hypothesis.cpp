@@ -1,0 +1,200 @@
+#include "globalmatch/hypothesis.hpp"
+
+#include <set>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+constexpr auto four = degrees_of_freedom::four;
+
+/// Correspondences of equal indices.
+std::vector<correspondence> same_indices(std::size_t count) {
+  std::vector<correspondence> pairs;
+  for (stem_index i = 0; i < count; ++i) pairs.push_back({i, i});
+  return pairs;
+}
+
+/// Checks what the members of a hypothesis promise.
+void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) {
+  CHECK(h.tolerance == tolerance);
+  CHECK(std::is_sorted(h.correspondences.begin(), h.correspondences.end()));
+  std::set<stem_index> sources, targets;
+  double squares = 0;
+  for (const correspondence& c : h.correspondences) {
+    CHECK(sources.insert(c.source).second);
+    CHECK(targets.insert(c.target).second);
+    const double distance = stem_distance(h.target_from_source * maps.source.at[c.source],
+                                          maps.target.at[c.target], maps.horizontal);
+    CHECK(distance < tolerance);
+    squares += distance * distance;
+  }
+  CHECK(h.rms == Approx(std::sqrt(squares / double(h.correspondences.size()))).margin(1e-12));
+}
+
+}  // namespace
+
+TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the tolerance") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {9, 0, 0}, {20, 0, 0}});
+  const position_set target = scenes::set_in_order({{0.75, 0, 0}, {1.5, 0, 0}, {9.5, 0, 0}, {20, 0, 0.25}});
+  const map_pair maps(source, target, false, four);
+  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
+  CHECK(maps.pair_stems(still, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
+  CHECK(maps.pair_stems(still, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
+  CHECK(maps.pair_stems(still, 2) == std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
+}
+
+TEST_CASE("pair_stems leaves heights out where they do not count") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}});
+  const position_set target = scenes::set_in_order({{0, 0, 40}, {5, 0, -3}});
+  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
+  CHECK(map_pair(source, target, true, four).pair_stems(still, 0.1).size() == 2);
+  CHECK(map_pair(source, target, false, four).pair_stems(still, 0.1).empty());
+}
+
+TEST_CASE("pair_stems of maps without stems pairs none") {
+  const position_set none, one = scenes::set_in_order({{0, 0, 0}});
+  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
+  CHECK(map_pair(none, none, false, four).pair_stems(still, 1).empty());
+  CHECK(map_pair(none, one, false, four).pair_stems(still, 1).empty());
+  CHECK(map_pair(one, none, false, four).pair_stems(still, 1).empty());
+}
+
+TEST_CASE("map_pair::fit returns the motion and the distances it leaves") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {6, 0, 0}, {0, 6, 0}});
+  const position_set target = scenes::set_in_order({{0, 0, 1}, {6, 0, 4}, {0, 6, 1}});
+  const auto pairs = same_indices(3);
+  const auto in_space = map_pair(source, target, false, four).fit(pairs);
+  const auto in_plan = map_pair(source, target, true, four).fit(pairs);
+  REQUIRE((in_space && in_plan));
+  CHECK(in_space->first.translation().z() == Approx(2));
+  CHECK(in_space->second == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
+  CHECK(in_plan->second == Approx(0).margin(1e-12));
+  CHECK_FALSE(map_pair(source, target, true, four).fit(std::span(pairs).first(1)));
+}
+
+TEST_CASE("verify pairs all stems of the overlap from three correspondences, and its pairs stand") {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const positions stems = scenes::random_stems(random, 40, 30, 30);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const position_set source = scenes::set_in_order(scenes::noisy(stems, 0.005, random));
+    const position_set target =
+        scenes::set_in_order(scenes::moved(truth, scenes::noisy(stems, 0.005, random)));
+    for (const auto dof : {four, degrees_of_freedom::six}) {
+      const map_pair maps(source, target, false, dof);
+      const auto h = verify(maps, same_indices(40), 0.1);
+      REQUIRE(h);
+      CHECK(h->correspondences == same_indices(40));
+      CHECK(maps.pair_stems(h->target_from_source, 0.1) == h->correspondences);
+      CHECK(scenes::largest_error(h->target_from_source, truth, source.at) < 0.02);
+      require_sound(*h, maps, 0.1);
+    }
+    const map_pair maps(source, target, false, four);
+    const auto grown = verify(maps, std::vector<correspondence>{{2, 2}, {7, 7}, {21, 21}}, 0.2);
+    REQUIRE(grown);
+    CHECK(grown->correspondences == same_indices(40));
+  }
+}
+
+TEST_CASE("verify drops a wrong correspondence that the others outvote") {
+  random_source random(31);
+  const positions stems = scenes::random_stems(random, 20, 30, 30);
+  const position_set source = scenes::set_in_order(stems), target = scenes::set_in_order(stems);
+  std::vector<correspondence> start = same_indices(20);
+  start[4].target = 40;
+  position_set with_decoy = target;
+  with_decoy.at.resize(41, {-50, -50, 0});
+  with_decoy.at[40] = stems[4] + Eigen::Vector3d(0.8, 0, 0);
+  const auto h = verify(map_pair(source, with_decoy, false, four), start, 0.3);
+  REQUIRE(h);
+  CHECK(h->correspondences == same_indices(20));
+}
+
+TEST_CASE("whatever verify starts from, the stems it pairs lie within the tolerance") {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const position_set source = scenes::set_in_order(scenes::random_stems(random, 20, 20, 20));
+    const position_set target = scenes::set_in_order(scenes::random_stems(random, 20, 20, 20));
+    const auto order = scenes::random_order(20, random);
+    std::vector<correspondence> start;
+    for (stem_index i = 0; i < 5; ++i) start.push_back({i, static_cast<stem_index>(order[i])});
+    const double tolerance = seed % 2 == 0 ? 0.05 : 1.0;
+    const map_pair maps(source, target, false, four);
+    if (const auto h = verify(maps, start, tolerance)) require_sound(*h, maps, tolerance);
+  }
+}
+
+TEST_CASE("verify gives nothing when the correspondences do not determine a motion") {
+  const position_set pile = scenes::set_in_order(positions(5, Eigen::Vector3d(1, 2, 3)));
+  const map_pair maps(pile, pile, false, four);
+  CHECK_FALSE(verify(maps, {}, 0.1));
+  CHECK_FALSE(verify(maps, same_indices(1), 0.1));
+  CHECK_FALSE(verify(maps, same_indices(5), 0.1));
+}
+
+TEST_CASE("hypotheses differ when they lay the stems further apart than the distance, on average") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
+  hypothesis a, b;
+  a.correspondences = b.correspondences = same_indices(3);
+  CHECK_FALSE(differ(a, b, source, 0.1));
+  b.target_from_source = scenes::yaw_and_shift(0, {0.0999, 0, 0});
+  CHECK_FALSE(differ(a, b, source, 0.1));
+  CHECK_FALSE(differ(b, a, source, 0.1));
+  b.target_from_source = scenes::yaw_and_shift(0, {0, 0.1001, 0});
+  CHECK(differ(a, b, source, 0.1));
+  CHECK(differ(b, a, source, 0.1));
+  b.target_from_source = scenes::yaw_and_shift(1, {0, 0, 0});
+  CHECK(differ(a, b, source, 0.1));
+}
+
+TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger consensus") {
+  hypothesis best, fewer, farther, lonelier;
+  best.correspondences = farther.correspondences = lonelier.correspondences = same_indices(5);
+  fewer.correspondences = same_indices(4);
+  best.rms = lonelier.rms = 0.02;
+  farther.rms = 0.03;
+  fewer.rms = 0.01;
+  best.consensus = 7;
+  lonelier.consensus = 6;
+  farther.consensus = fewer.consensus = 100;
+  const std::vector<hypothesis> ranked = {best, lonelier, farther, fewer};
+  for (std::size_t i = 0; i < ranked.size(); ++i)
+    for (std::size_t j = 0; j < ranked.size(); ++j) CHECK(ranks_before(ranked[i], ranked[j]) == (i < j));
+}
+
+TEST_CASE("ranks_before is a strict weak order") {
+  random_source random(60);
+  std::vector<hypothesis> all(40);
+  for (hypothesis& h : all) {
+    h.correspondences = same_indices(random.below(3));
+    h.rms = random.below(3) * 0.01;
+    h.consensus = random.below(3);
+  }
+  const auto equivalent = [](const hypothesis& a, const hypothesis& b) {
+    return !ranks_before(a, b) && !ranks_before(b, a);
+  };
+  bool transitive = true, equivalence_transitive = true;
+  for (const hypothesis& a : all) {
+    CHECK_FALSE(ranks_before(a, a));
+    for (const hypothesis& b : all) {
+      CHECK_FALSE((ranks_before(a, b) && ranks_before(b, a)));
+      for (const hypothesis& c : all) {
+        transitive = transitive && (!ranks_before(a, b) || !ranks_before(b, c) || ranks_before(a, c));
+        equivalence_transitive =
+            equivalence_transitive && (!equivalent(a, b) || !equivalent(b, c) || equivalent(a, c));
+      }
+    }
+  }
+  CHECK(transitive);
+  CHECK(equivalence_transitive);
+}
+
+}  // namespace globalmatch

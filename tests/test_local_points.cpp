@@ -1,0 +1,154 @@
+#include "globalmatch/local_points.hpp"
+
+#include <numbers>
+#include <utility>
+
+#include "catch.hpp"
+#include "containers.hpp"
+#include "forest_scenes.hpp"
+#include "support/message_of.hpp"
+
+namespace globalmatch {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using support::message_of;
+
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+bool turns_upright(const Vector3d& up) {
+  const Eigen::Matrix3d rotation = levelling_rotation(up);
+  return rotation.allFinite() && (rotation * up.stableNormalized() - Vector3d::UnitZ()).norm() < 1e-8 &&
+         rotation.isUnitary(1e-12) && rotation.determinant() > 0;
+}
+
+}  // namespace
+
+TEST_CASE("levelling_rotation turns any up into +z") {
+  random_source random(1);
+  for (int i = 0; i < 200; ++i)
+    CHECK(turns_upright(scenes::in_range(random, 0.1, 10) * scenes::random_direction(random)));
+  for (const Vector3d& up : {Vector3d(0, 0, -1), Vector3d(1, 0, 0), Vector3d(0, -5, 0), Vector3d(1e-9, 0, -1),
+                             Vector3d(1e-9, 1e-9, 1)})
+    CHECK(turns_upright(up));
+}
+
+TEST_CASE("levelling_rotation takes an up of any length") {
+  CHECK(turns_upright({3e-100, 4e-100, 1e-100}));
+  CHECK(turns_upright({3e100, 4e100, 1e100}));
+}
+
+TEST_CASE("levelling_rotation of +z, however long, is exactly the identity") {
+  for (const double length : {1.0, 0.3, 17.0})
+    CHECK(levelling_rotation({0, 0, length}) == Eigen::Matrix3d::Identity());
+}
+
+TEST_CASE("levelling_rotation refuses an up that is zero or not finite") {
+  for (const Vector3d& up : {Vector3d(0, 0, 0), Vector3d(0, nan, 1), Vector3d(0, 0, infinity)}) {
+    CHECK(message_of([&] { levelling_rotation(up); }).starts_with("up must be"));
+    CHECK(message_of([&] { import_points(std::vector<Vector3d>{}, up); }).starts_with("up must be"));
+  }
+}
+
+TEST_CASE("a local frame leads to local coordinates and back") {
+  random_source random(2);
+  for (int i = 0; i < 50; ++i) {
+    const local_frame frame{{500000, 5300000, 1000}, levelling_rotation(scenes::random_direction(random))};
+    const Vector3d p = frame.origin + 100 * scenes::random_direction(random);
+    CHECK((frame.to_scan(frame.to_local(p)) - p).norm() < 1e-8);
+    CHECK((frame.local_from_scan() * p - frame.to_local(p)).norm() < 1e-8);
+    CHECK(frame.to_local(frame.origin) == Vector3d::Zero());
+  }
+}
+
+TEST_CASE("for_each_finite visits the finite points in order and counts the others") {
+  const auto n = float(nan), inf = float(infinity);
+  const std::vector<Vector3f> points = {{n, 0, 0},   {1, 2, 3}, {0, n, 0},   {0, 0, n},
+                                        {0, 0, inf}, {4, 5, 6}, {-inf, 0, 0}};
+  containers::for_each_container(points, [](const std::string& kind, const auto& range) {
+    CAPTURE(kind);
+    std::vector<std::pair<Vector3d, point_index>> visits;
+    const std::size_t skipped = for_each_finite(range, [&](const Vector3d& p, point_index i) {
+      visits.push_back({p, i});
+    });
+    CHECK(skipped == 5);
+    REQUIRE(visits.size() == 2);
+    CHECK(visits[0] == std::pair(Vector3d(1, 2, 3), point_index(1)));
+    CHECK(visits[1] == std::pair(Vector3d(4, 5, 6), point_index(5)));
+  });
+}
+
+TEST_CASE("import_points puts the first finite point at the origin and keeps the indices") {
+  const std::vector<Vector3f> points = {{float(nan), 0, 0}, {10, 20, 30}, {11, 22, 33}};
+  containers::for_each_container(points, [](const std::string& kind, const auto& range) {
+    CAPTURE(kind);
+    const local_points local = import_points(range);
+    REQUIRE(local.size() == 2);
+    CHECK(local.frame.origin == Vector3d(10, 20, 30));
+    CHECK(local[0] == Vector3f(0, 0, 0));
+    CHECK(local[1] == Vector3f(1, 2, 3));
+    CHECK(local.index == std::vector<point_index>{1, 2});
+  });
+}
+
+TEST_CASE("import_points keeps millimetres of coordinates in the millions") {
+  random_source random(3);
+  const Vector3d shift(500000, 5300000, 1000);
+  const Vector3d up = Vector3d(0.2, -0.1, 1);
+  std::vector<Vector3d> points;
+  for (int i = 0; i < 500; ++i)
+    points.push_back(shift + 500 * random.uniform() * scenes::random_direction(random));
+  const local_points local = import_points(points, up);
+  double largest = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    largest = std::max(largest, (local.frame.to_scan(local[i].cast<double>()) - points[i]).norm());
+  CHECK(largest < 1e-4);
+}
+
+TEST_CASE("import_points gives a shifted scan the same local coordinates") {
+  random_source random(4);
+  const scenes::cloud points = scenes::random_cloud(random, 300, 100);
+  std::vector<Vector3d> shifted;
+  for (const Vector3f& p : points) shifted.push_back(p.cast<double>() + Vector3d(500000, 5300000, 1000));
+  const local_points a = import_points(points), b = import_points(shifted);
+  CHECK(a.x == b.x);
+  CHECK(a.y == b.y);
+  CHECK(a.z == b.z);
+}
+
+TEST_CASE("import_points of no finite points is empty") {
+  CHECK(import_points(std::vector<Vector3d>{}).size() == 0);
+  CHECK(import_points(std::vector<Vector3d>(3, Vector3d(0, nan, 0))).size() == 0);
+}
+
+TEST_CASE("local points are a point range whose heights grow along up") {
+  const std::vector<Vector3d> points = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}};
+  const local_points local = import_points(points, Vector3d::UnitX());
+  CHECK(local[1].isApprox(Vector3f(0, 0, 5)));
+  CHECK(std::abs(local[2].z()) < 1e-6f);
+}
+
+TEST_CASE("select keeps the frame, and the chosen points with their indices in the order of choice") {
+  random_source random(5);
+  scenes::cloud points = scenes::random_cloud(random, 10, 5);
+  points[0].x() = float(nan);
+  const local_points local = import_points(points, {1, 1, 1});
+  const local_points chosen = select(local, {6, 0, 6});
+  REQUIRE(chosen.size() == 3);
+  CHECK(chosen.frame.origin == local.frame.origin);
+  CHECK(chosen.frame.local_from_scan_rotation == local.frame.local_from_scan_rotation);
+  CHECK(chosen[0] == local[6]);
+  CHECK(chosen[1] == local[0]);
+  CHECK(chosen[2] == local[6]);
+  CHECK(chosen.index == std::vector<point_index>{7, 1, 7});
+  CHECK(select(local, {}).size() == 0);
+}
+
+TEST_CASE("local points are themselves a point range") {
+  CHECK(point_range<local_points>);
+}
+
+}  // namespace globalmatch

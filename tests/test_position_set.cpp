@@ -1,0 +1,134 @@
+#include "globalmatch/position_set.hpp"
+
+#include <limits>
+#include <numbers>
+
+#include "catch.hpp"
+#include "position_types.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+const Eigen::Vector3d z_up = Eigen::Vector3d::UnitZ();
+
+template <class R>
+void require_increasing_and_mapped_back(const R& given, const position_set& set) {
+  REQUIRE(set.size() == static_cast<std::size_t>(std::ranges::distance(given)));
+  REQUIRE(set.original.size() == set.size());
+  positions of_caller;
+  for (const auto& p : given) of_caller.push_back(xyz(p));
+  std::vector<bool> seen(set.size());
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    CHECK((set.frame.to_scan(set.at[i]) - of_caller[set.original[i]]).norm() < 1e-12);
+    CHECK_FALSE(seen[set.original[i]]);
+    seen[set.original[i]] = true;
+    if (i == 0) continue;
+    const Eigen::Vector3d &before = of_caller[set.original[i - 1]], &p = of_caller[set.original[i]];
+    CHECK_FALSE(std::lexicographical_compare(p.begin(), p.end(), before.begin(), before.end()));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("import_positions sorts stems of any type by position and maps them back") {
+  random_source random(1);
+  const positions stems = scenes::random_stems(random, 40, 30, 30);
+  scenes::for_each_type_with_heights(stems, [](const char* name, const auto& range) {
+    INFO(name);
+    const position_set set = import_positions(range, z_up, "source");
+    CHECK(set.has_heights);
+    require_increasing_and_mapped_back(range, set);
+  });
+  scenes::for_each_type_without_heights(stems, [](const char* name, const auto& range) {
+    INFO(name);
+    const position_set set = import_positions(range, z_up, "source");
+    CHECK_FALSE(set.has_heights);
+    require_increasing_and_mapped_back(range, set);
+    for (const Eigen::Vector3d& p : set.at) CHECK(p.z() == 0);
+  });
+}
+
+TEST_CASE("import_positions gives the same bits whatever the order of the stems") {
+  random_source random(2);
+  const positions stems = scenes::random_stems(random, 50, 30, 30);
+  const position_set set = import_positions(stems, z_up, "source");
+  for (int round = 0; round < 20; ++round) {
+    const positions shuffled = scenes::reordered(stems, scenes::random_order(stems.size(), random));
+    const position_set other = import_positions(shuffled, z_up, "source");
+    CHECK(other.at == set.at);
+    CHECK(other.frame.origin == set.frame.origin);
+  }
+}
+
+TEST_CASE("import_positions keeps stems at the same place in the caller's order") {
+  const positions stems = {{1, 2, 3}, {0, 0, 0}, {1, 2, 3}, {1, 2, 3}};
+  CHECK(import_positions(stems, z_up, "source").original == std::vector<stem_index>{1, 0, 2, 3});
+}
+
+TEST_CASE("import_positions of no stems is an empty set") {
+  const position_set set = import_positions(positions{}, z_up, "source");
+  CHECK(set.size() == 0);
+  CHECK(set.original.empty());
+}
+
+TEST_CASE("import_positions names the map and the position that is not finite") {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (const Eigen::Index coordinate : {0, 1, 2}) {
+      positions stems = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
+      stems[1][coordinate] = bad;
+      CHECK_THROWS_AS(import_positions(stems, z_up, "target"), std::invalid_argument);
+      CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
+                        Catch::Contains("target: position 1 is not"));
+    }
+}
+
+TEST_CASE("import_positions refuses an up without direction") {
+  const positions stems = {{0, 0, 0}};
+  for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, NAN)})
+    CHECK_THROWS_WITH(import_positions(stems, up, "source"), Catch::Contains("up must be"));
+}
+
+TEST_CASE("import_positions makes height along any up the z of its frame and keeps distances") {
+  random_source random(3);
+  const positions stems = scenes::random_stems(random, 20, 30, 30);
+  for (const Eigen::Vector3d& up : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -3, 0),
+                                    Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.1, 0.2, 0.9)}) {
+    const position_set set = import_positions(stems, up, "source");
+    for (std::size_t i = 1; i < set.size(); ++i) {
+      const Eigen::Vector3d given = stems[set.original[i]] - stems[set.original[0]];
+      const Eigen::Vector3d local = set.at[i] - set.at[0];
+      CHECK(local.z() == Approx(given.dot(up.normalized())).margin(1e-12));
+      CHECK(local.norm() == Approx(given.norm()));
+    }
+  }
+}
+
+TEST_CASE("positions in plan have no heights whatever the up") {
+  const std::vector<Eigen::Vector2d> stems = {{0, 0}, {5, 1}, {2, 7}};
+  const position_set set = import_positions(stems, Eigen::Vector3d(0.1, 0.2, 0.9), "source");
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    CHECK(set.at[i].z() == 0);
+    CHECK((set.at[i] - set.at[0]).norm() ==
+          Approx((stems[set.original[i]] - stems[set.original[0]]).norm()).margin(1e-12));
+  }
+}
+
+TEST_CASE("import_positions keeps tenths of millimetres of coordinates of a million metres") {
+  const positions stems = {{1e6, 5e6, 1e3}, {1e6 + 1e-4, 5e6, 1e3}, {1e6, 5e6 + 7, 1e3 - 1e-4}};
+  const position_set set = import_positions(stems, z_up, "source");
+  CHECK(set.at[0].norm() == 0);
+  CHECK(set.at[1].y() == Approx(7).margin(1e-8));
+  CHECK(set.at[1].z() == Approx(-1e-4).margin(1e-8));
+  CHECK(set.at[2].x() == Approx(1e-4).margin(1e-8));
+}
+
+TEST_CASE("stem_distance leaves heights out where they do not count") {
+  CHECK(stem_distance({1, 2, 3}, {4, 6, 15}, false) == 13);
+  CHECK(stem_distance({1, 2, 3}, {4, 6, 15}, true) == 5);
+}
+
+}  // namespace globalmatch

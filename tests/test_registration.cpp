@@ -1,0 +1,245 @@
+#include "globalmatch/registration.hpp"
+
+#include <filesystem>
+#include <limits>
+
+#include "catch.hpp"
+#include "globalmatch/evaluation.hpp"
+#include "globalmatch/globalmatch.hpp"
+#include "stem_scenes.hpp"
+#include "support/scan_files.hpp"
+#include "support/transform_files.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+/// A stem map as mapping would leave it: stems, and rings of samples around them on level ground.
+stem_map made_up_map(const positions& stems) {
+  stem_map map;
+  for (const Eigen::Vector3d& p : stems) {
+    stem s;
+    s.position = p;
+    s.radius = 0.15;
+    map.stems.push_back(s);
+    for (int i = 0; i < 60; ++i) {
+      const double angle = 0.7 * i;
+      const Eigen::Vector3d around(std::cos(angle), std::sin(angle), 0);
+      map.stem_samples.push_back(p + 0.15 * around + Eigen::Vector3d(0, 0, 0.03 * i));
+      map.ground_samples.push_back(p + (0.3 + 0.01 * i) * around);
+    }
+  }
+  return map;
+}
+
+registration_options with_icp(icp_metric metric) {
+  registration_options options;
+  options.icp.metric = metric;
+  return options;
+}
+
+/// Three thousand points of level ground and six stems.
+positions small_scan() {
+  random_source random(5);
+  positions points;
+  for (int i = 0; i < 2000; ++i)
+    points.push_back(
+        {scenes::uniform(random, 0, 10), scenes::uniform(random, 0, 10), 0.005 * random.normal()});
+  for (int stem = 0; stem < 6; ++stem) {
+    const double x = scenes::uniform(random, 1, 9), y = scenes::uniform(random, 1, 9);
+    for (int i = 0; i < 400; ++i) {
+      const double angle = 6.28 * random.uniform();
+      points.push_back({x + 0.1 * std::cos(angle), y + 0.1 * std::sin(angle), 3 * random.uniform()});
+    }
+  }
+  return points;
+}
+
+}  // namespace
+
+TEST_CASE("paper_options holds the values of the paper") {
+  const registration_options options = paper_options();
+  CHECK(options.mapping.understory.lowest == 0.2);
+  CHECK(options.mapping.understory.highest == 3.0);
+  CHECK(options.mapping.voxel_size == 0.01);
+  CHECK(options.mapping.verticality.radius == 0.10);
+  CHECK(options.mapping.verticality.threshold == 0.9);
+  CHECK(options.matching.triangles.neighbors == 20);
+  CHECK(options.matching.tolerance == 0.05);
+  CHECK(options.matching.dof == degrees_of_freedom::four);
+  CHECK_FALSE(options.matching.horizontal);
+  CHECK(options.icp.metric == icp_metric::point_to_point);
+  CHECK_NOTHROW(require_valid(options.mapping));
+  CHECK_NOTHROW(require_valid(options.matching));
+  CHECK_NOTHROW(require_valid(options.icp));
+}
+
+TEST_CASE("register_maps lays the source on the target, refined unless icp is off") {
+  random_source random(1);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const stem_map source = made_up_map(stems);
+  stem_map target = made_up_map(scenes::moved(truth, stems));
+  target.stem_samples = scenes::moved(truth, source.stem_samples);
+  target.ground_samples = scenes::moved(truth, source.ground_samples);
+  for (stem& s : target.stems) s.position += 0.01 * Eigen::Vector3d(random.normal(), random.normal(), 0);
+
+  const registration coarse = register_maps(source, target, with_icp(icp_metric::none));
+  REQUIRE(coarse.outcome == outcome::registered);
+  CHECK_FALSE(coarse.icp);
+  CHECK(coarse.target_from_source->matrix() == coarse.matching.target_from_source->matrix());
+  const double coarse_error = scenes::largest_error(*coarse.target_from_source, truth, stems);
+  CHECK(coarse_error < 0.05);
+  CHECK(coarse_error > 0.001);
+
+  for (const auto metric : {icp_metric::point_to_point, icp_metric::point_to_plane}) {
+    const registration fine = register_maps(source, target, with_icp(metric));
+    REQUIRE(fine.outcome == outcome::registered);
+    CHECK(fine.reason.empty());
+    REQUIRE(fine.icp);
+    CHECK(fine.icp->converged);
+    CHECK(scenes::largest_error(*fine.target_from_source, truth, stems) < 0.001);
+    CHECK(fine.matching.target_from_source->matrix() == coarse.target_from_source->matrix());
+  }
+}
+
+TEST_CASE("register_maps refines about the ups of the two maps, which may differ") {
+  random_source random(2);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d yaw = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 0).normalized()));
+  const Eigen::Isometry3d truth = tilt * yaw;
+  const stem_map source = made_up_map(stems);
+  stem_map target = made_up_map(scenes::moved(truth, stems));
+  target.up = tilt.linear() * Eigen::Vector3d::UnitZ();
+  target.terrain.frame.local_from_scan_rotation = levelling_rotation(target.up);
+  target.stem_samples = scenes::moved(truth, source.stem_samples);
+  target.ground_samples = scenes::moved(truth, source.ground_samples);
+  for (const auto metric : {icp_metric::none, icp_metric::point_to_point, icp_metric::point_to_plane}) {
+    const registration result = register_maps(source, target, with_icp(metric));
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 1e-6);
+  }
+}
+
+TEST_CASE("icp that does not converge leaves the coarse motion") {
+  random_source random(3);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  stem_map source = made_up_map(stems);
+  source.stem_samples.clear();
+  source.ground_samples.clear();
+  const registration result = register_maps(source, made_up_map(stems));
+  REQUIRE(result.outcome == outcome::registered);
+  REQUIRE(result.icp);
+  CHECK_FALSE(result.icp->converged);
+  CHECK(result.target_from_source->matrix() == result.matching.target_from_source->matrix());
+}
+
+TEST_CASE("register_maps of maps without stems is not_registered with a reason and no transform") {
+  const stem_map none, some = made_up_map({{0, 0, 0}, {4, 0, 0}, {1, 5, 0}, {8, 8, 0}, {2, 9, 0}});
+  for (const auto& [source, target] :
+       {std::pair(&none, &none), std::pair(&none, &some), std::pair(&some, &none)}) {
+    const registration result = register_maps(*source, *target);
+    CHECK(result.outcome == outcome::not_registered);
+    CHECK_THAT(result.reason, Catch::Contains("0 stems"));
+    CHECK_FALSE(result.target_from_source);
+    CHECK_FALSE(result.icp);
+  }
+}
+
+TEST_CASE("register_scans of scans without points, stems or numbers is not_registered, never an exception") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const positions none, one = {{1, 2, 3}}, no_numbers(50, Eigen::Vector3d(nan, nan, nan)),
+                        pile(50, Eigen::Vector3d(1, 2, 3));
+  for (const positions& scan : {none, one, no_numbers, pile}) {
+    const scan_registration result = register_scans(scan, scan);
+    CHECK(result.registration.outcome == outcome::not_registered);
+    CHECK_FALSE(result.registration.reason.empty());
+    CHECK_FALSE(result.registration.target_from_source);
+    CHECK(result.source.stems.empty());
+  }
+}
+
+TEST_CASE("register_maps and register_scans are cancelled by the progress callback in every stage") {
+  const positions scan = small_scan();
+  const stem_map map =
+      made_up_map({{0, 0, 0}, {4, 0, 0}, {1, 5, 0}, {8, 8, 0}, {2, 9, 0}, {12, 3, 0}, {6, 13, 0}});
+  std::vector<std::string> stages;
+  const auto noting = [&](const progress& p) {
+    if (stages.empty() || stages.back() != p.stage) stages.emplace_back(p.stage);
+    return true;
+  };
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  register_scans(scan, scan, {}, up, {.threads = 1, .on_progress = noting});
+  const auto scan_stages = std::exchange(stages, {});
+  CHECK(scan_stages.size() > 4);
+  register_maps(map, map, {}, {.threads = 1, .on_progress = noting});
+  CHECK(stages.back() == "icp");
+
+  for (std::size_t last = 0; last < scan_stages.size(); ++last) {
+    INFO("stage " << last << ": " << scan_stages[last]);
+    std::size_t changes = 0;
+    std::string stage;
+    const auto cancel = [&](const progress& p) {
+      if (p.stage != stage) ++changes;
+      stage = p.stage;
+      return changes <= last;
+    };
+    const auto result = register_scans(scan, scan, {}, up, {.threads = 1, .on_progress = cancel});
+    CHECK(result.registration.outcome == outcome::cancelled);
+    CHECK_FALSE(result.registration.reason.empty());
+    CHECK_FALSE(result.registration.target_from_source);
+  }
+  for (const std::string& last : stages) {
+    INFO("stage " << last);
+    const auto cancel = [&](const progress& p) { return p.stage != last; };
+    const auto result = register_maps(map, map, {}, {.threads = 1, .on_progress = cancel});
+    CHECK(result.outcome == outcome::cancelled);
+    CHECK_FALSE(result.target_from_source);
+  }
+}
+
+TEST_CASE("register_scans names the option that makes no sense before it maps anything") {
+  const positions scan = small_scan();
+  bool mapped = false;
+  const execution how{.threads = 1, .on_progress = [&](const progress&) {
+                        mapped = true;
+                        return true;
+                      }};
+  registration_options bad_mapping, bad_matching, bad_icp;
+  bad_mapping.mapping.voxel_size = -1;
+  bad_matching.matching.tolerance = 0;
+  bad_icp.icp.trimming = -1;
+  for (const auto& [options, field] : {std::pair(bad_mapping, "voxel_size"),
+                                       std::pair(bad_matching, "tolerance"), std::pair(bad_icp, "trimming")})
+    CHECK_THROWS_WITH(register_scans(scan, scan, options, Eigen::Vector3d::UnitZ(), how),
+                      Catch::Contains(field));
+  CHECK_THROWS_WITH(register_scans(scan, scan, {}, Eigen::Vector3d(0, 0, 0), how), Catch::Contains("up"));
+  CHECK_FALSE(mapped);
+}
+
+TEST_CASE("register_scans lays the real clouds on one another, 10 cm coarse and 3 cm fine", "[slow]") {
+  const std::filesystem::path folder = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "clouds";
+  if (!std::filesystem::exists(folder)) {
+    WARN("skipped: there is no " << folder.string());
+    return;
+  }
+  for (const std::string pair : {"pine_plot_interleaved", "pine_plot_virtualscans",
+                                 "dense_conifers_interleaved", "dense_conifers_virtualscans"}) {
+    INFO(pair);
+    const auto source = support::read_scan(folder / (pair + "_src.ply"));
+    const auto target = support::read_scan(folder / (pair + "_tgt.ply"));
+    const auto truth = support::read_transform(folder / (pair + "_gt.txt"));
+    const auto result = register_scans(source, target);
+    INFO(result.registration.reason);
+    REQUIRE(result.registration.outcome == outcome::registered);
+    const auto& fine = *result.registration.target_from_source;
+    const auto& coarse = *result.registration.matching.target_from_source;
+    CHECK(evaluate_registration(coarse, truth, source).pointwise <= 0.10);
+    CHECK(evaluate_registration(fine, truth, source).pointwise <= 0.03);
+  }
+}
+
+}  // namespace globalmatch

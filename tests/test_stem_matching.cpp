@@ -1,0 +1,393 @@
+#include "globalmatch/stem_matching.hpp"
+
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <sstream>
+
+#include "catch.hpp"
+#include "position_types.hpp"
+#include "stem_scenes.hpp"
+#include "support/stem_files.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+void require_same_bits(const matching& a, const matching& b) {
+  CHECK(a.outcome == b.outcome);
+  CHECK(a.reason == b.reason);
+  CHECK(a.funnel.local_pairs == b.funnel.local_pairs);
+  CHECK(a.funnel.consensus == b.funnel.consensus);
+  REQUIRE(a.hypotheses.size() == b.hypotheses.size());
+  for (std::size_t i = 0; i < a.hypotheses.size(); ++i) {
+    CHECK(a.hypotheses[i].correspondences == b.hypotheses[i].correspondences);
+    CHECK(a.hypotheses[i].target_from_source.matrix() == b.hypotheses[i].target_from_source.matrix());
+    CHECK(a.hypotheses[i].rms == b.hypotheses[i].rms);
+  }
+}
+
+/// Checks what every result promises, whatever the outcome.
+void require_coherent(const matching& result) {
+  CHECK(result.reason.empty() == (result.outcome == outcome::registered));
+  CHECK(result.target_from_source.has_value() == (result.outcome == outcome::registered));
+  CHECK(std::is_sorted(result.hypotheses.begin(), result.hypotheses.end(), ranks_before));
+  for (const hypothesis& h : result.hypotheses) {
+    CHECK(h.target_from_source.matrix().allFinite());
+    CHECK(std::is_sorted(h.correspondences.begin(), h.correspondences.end()));
+  }
+}
+
+struct reference_motion {
+  double yaw;             // [rad]
+  Eigen::Vector2d shift;  // [m]
+};
+
+/// Best fits by plot ("01" to "08") from a table whose columns are named in its first line.
+std::map<std::string, reference_motion> read_rioja_transforms(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  const auto fields = [&] {
+    std::vector<std::string> result;
+    std::string line, field;
+    std::getline(file, line);
+    for (std::istringstream stream(line); std::getline(stream, field, ',');) result.push_back(field);
+    return result;
+  };
+  const auto names = fields();
+  const auto column = [&](const std::string& name) {
+    return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
+  };
+  std::map<std::string, reference_motion> motions;
+  for (auto row = fields(); row.size() == names.size(); row = fields())
+    motions[row[column("src")].substr(6, 2)] = {
+        std::stod(row[column("refined_yaw_deg")]) * std::numbers::pi / 180,
+        {std::stod(row[column("refined_tx")]), std::stod(row[column("refined_ty")])}};
+  return motions;
+}
+
+}  // namespace
+
+TEST_CASE("match_stems registers maps of half overlap, false stems and noise, right to 3 cm", "[slow]") {
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const auto views = scenes::half_overlapping_views(random, 60);
+    const matching result = match_stems(views.source, views.target);
+    require_coherent(result);
+    CHECK(result.outcome == outcome::registered);
+    if (result.target_from_source)
+      CHECK(scenes::largest_error(*result.target_from_source, views.target_from_source, views.source) < 0.03);
+  }
+}
+
+TEST_CASE("match_stems registers a few maps of half overlap right to 3 cm, 4-DoF and 6-DoF") {
+  for (std::uint64_t seed = 100; seed < 104; ++seed)
+    for (const auto dof : {degrees_of_freedom::four, degrees_of_freedom::six}) {
+      INFO("seed " << seed << ", dof " << int(dof));
+      random_source random(seed);
+      const auto views = scenes::half_overlapping_views(random, 40);
+      const matching result = match_stems(views.source, views.target, {.dof = dof});
+      require_coherent(result);
+      REQUIRE(result.outcome == outcome::registered);
+      const auto error =
+          scenes::largest_error(*result.target_from_source, views.target_from_source, views.source);
+      CHECK(error < (dof == degrees_of_freedom::four ? 0.03 : 0.06));
+    }
+}
+
+TEST_CASE("match_stems never registers two unrelated maps", "[slow]") {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const double side = 30;
+    const std::size_t source_count = 30 + random.below(71), target_count = 30 + random.below(71);
+    const positions source = scenes::random_stems(random, source_count, side, side);
+    const positions target = scenes::moved(scenes::random_levelled_motion(random),
+                                           scenes::random_stems(random, target_count, side, side));
+    const matching result = match_stems(source, target, {.tolerance = 0.05});
+    require_coherent(result);
+    CHECK(result.outcome != outcome::registered);
+  }
+}
+
+TEST_CASE("match_stems does not register two unrelated maps of thirty stems") {
+  for (std::uint64_t seed = 200; seed < 220; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const matching result =
+        match_stems(scenes::random_stems(random, 30, 25, 25), scenes::random_stems(random, 30, 25, 25));
+    require_coherent(result);
+    CHECK(result.outcome != outcome::registered);
+  }
+}
+
+TEST_CASE("match_stems calls a perfect lattice ambiguous") {
+  for (std::uint64_t seed = 0; seed < 3; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const positions stems = scenes::lattice(6, 6, 2.5);
+    const positions source = scenes::noisy(stems, 0.02, random);
+    const positions target =
+        scenes::moved(scenes::random_levelled_motion(random), scenes::noisy(stems, 0.02, random));
+    const matching result = match_stems(source, target);
+    require_coherent(result);
+    CHECK(result.outcome == outcome::ambiguous);
+    CHECK(result.hypotheses.size() >= 2);
+  }
+}
+
+TEST_CASE("match_stems takes positions of any type and says whether it compared in plan") {
+  random_source random(1);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.4, {3, -8, 2});
+  const positions target = scenes::moved(truth, stems);
+  scenes::for_each_type_with_heights(stems, [&](const char* name, const auto& range) {
+    INFO(name);
+    const matching result = match_stems(range, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK_FALSE(result.horizontal);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 1e-9);
+  });
+  scenes::for_each_type_without_heights(stems, [&](const char* name, const auto& range) {
+    INFO(name);
+    for (const bool reversed : {false, true}) {
+      const matching result = reversed ? match_stems(target, range) : match_stems(range, target);
+      REQUIRE(result.outcome == outcome::registered);
+      CHECK(result.horizontal);
+      const Eigen::Isometry3d motion =
+          reversed ? result.target_from_source->inverse() : *result.target_from_source;
+      for (const Eigen::Vector3d& p : stems) CHECK((motion * p - truth * p).head<2>().norm() < 1e-9);
+    }
+    CHECK_THROWS_WITH(match_stems(range, target, {.dof = degrees_of_freedom::six}), Catch::Contains("dof"));
+    CHECK_THROWS_AS(match_stems(target, range, {.dof = degrees_of_freedom::six}), std::invalid_argument);
+  });
+}
+
+TEST_CASE("match_stems in plan ignores heights that are wrong by metres") {
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    auto views = scenes::half_overlapping_views(random, 40);
+    const matching expected = match_stems(views.source, views.target, {.horizontal = true});
+    for (Eigen::Vector3d& p : views.source) p.z() = scenes::uniform(random, -20, 20);
+    const matching result = match_stems(views.source, views.target, {.horizontal = true});
+    CHECK(result.horizontal);
+    CHECK(result.outcome == outcome::registered);
+    REQUIRE(result.hypotheses.size() == expected.hypotheses.size());
+    for (std::size_t i = 0; i < result.hypotheses.size(); ++i)
+      CHECK(result.hypotheses[i].correspondences == expected.hypotheses[i].correspondences);
+    const auto& best = result.hypotheses.front().target_from_source;
+    for (const Eigen::Vector3d& p : views.source)
+      CHECK((best * p - views.target_from_source * p).head<2>().norm() < 0.03);
+  }
+}
+
+TEST_CASE("match_stems gives the same bits for any number of threads") {
+  random_source random(2);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const matching expected = match_stems(views.source, views.target, {}, up, {.threads = 1});
+  CHECK(expected.outcome == outcome::registered);
+  for (const int threads : {0, 2, 8})
+    require_same_bits(match_stems(views.source, views.target, {}, up, {.threads = threads}), expected);
+}
+
+TEST_CASE("match_stems gives the same bits for stems in any order, and maps correspondences back") {
+  random_source random(3);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const matching expected = match_stems(views.source, views.target);
+  CHECK(expected.outcome == outcome::registered);
+  for (int round = 0; round < 4; ++round) {
+    const auto source_order = scenes::random_order(views.source.size(), random);
+    const auto target_order = scenes::random_order(views.target.size(), random);
+    matching result = match_stems(scenes::reordered(views.source, source_order),
+                                  scenes::reordered(views.target, target_order));
+    for (hypothesis& h : result.hypotheses) {
+      for (correspondence& c : h.correspondences)
+        c = {static_cast<stem_index>(source_order[c.source]),
+             static_cast<stem_index>(target_order[c.target])};
+      std::sort(h.correspondences.begin(), h.correspondences.end());
+    }
+    require_same_bits(result, expected);
+  }
+}
+
+TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller's frames") {
+  random_source random(4);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const matching result = match_stems(views.source, views.target, {.tolerance = 0.1});
+  CHECK(result.tolerance == 0.1);
+  REQUIRE_FALSE(result.hypotheses.empty());
+  for (const hypothesis& h : result.hypotheses)
+    for (const correspondence& c : h.correspondences)
+      CHECK((h.target_from_source * views.source[c.source] - views.target[c.target]).norm() < 0.1);
+}
+
+TEST_CASE("the funnel counts what each step left") {
+  random_source random(5);
+  const positions stems = scenes::random_stems(random, 15, 20, 20);
+  const matching result = match_stems(stems, stems);
+  CHECK(result.funnel.source_stems == 15);
+  CHECK(result.funnel.target_stems == 15);
+  CHECK(result.funnel.source_triangles == 15 * 14 * 13 / 6);
+  CHECK(result.funnel.target_triangles == result.funnel.source_triangles);
+  CHECK(result.funnel.local_pairs == result.funnel.target_triangles);
+  CHECK(result.funnel.consensus <= result.funnel.local_pairs);
+  CHECK(result.funnel.consensus > result.funnel.local_pairs / 2);
+  CHECK(result.funnel.correspondences == 15);
+  CHECK(result.tolerance == 0.05);
+}
+
+TEST_CASE("match_stems is as right far from the origin as near it") {
+  const Eigen::Isometry3d far_away = scenes::yaw_and_shift(0, {500000, 5300000, 1000});
+  random_source random(6);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const matching near_result = match_stems(views.source, views.target);
+  REQUIRE(near_result.outcome == outcome::registered);
+  const positions far_source = scenes::moved(far_away, views.source),
+                  far_target = scenes::moved(far_away, views.target);
+
+  const matching both = match_stems(far_source, far_target);
+  REQUIRE(both.outcome == outcome::registered);
+  const matching one = match_stems(far_source, views.target);
+  REQUIRE(one.outcome == outcome::registered);
+  for (std::size_t i = 0; i < far_source.size(); ++i) {
+    const Eigen::Vector3d expected = *near_result.target_from_source * views.source[i];
+    CHECK((*both.target_from_source * far_source[i] - far_away * expected).norm() < 1e-6);
+    CHECK((*one.target_from_source * far_source[i] - expected).norm() < 1e-6);
+  }
+}
+
+TEST_CASE("match_stems turns about the up that it is given") {
+  random_source random(7);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  for (const Eigen::Vector3d& up :
+       {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, 0, -2), Eigen::Vector3d(1, 2, 3)}) {
+    const Eigen::Isometry3d tilt(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up));
+    const matching result =
+        match_stems(scenes::moved(tilt, views.source), scenes::moved(tilt, views.target), {}, up);
+    REQUIRE(result.outcome == outcome::registered);
+    const Eigen::Isometry3d& motion = *result.target_from_source;
+    CHECK((motion.linear() * up).isApprox(up, 1e-12));
+    CHECK(scenes::largest_error(tilt.inverse() * motion * tilt, views.target_from_source, views.source) <
+          0.03);
+  }
+}
+
+TEST_CASE("maps of up to three stems are not registered, and the reason says so") {
+  const positions stems = {{0, 0, 0}, {5, 0, 0}, {1, 4, 0}};
+  random_source random(8);
+  const positions plenty = scenes::random_stems(random, 20, 20, 20);
+  for (std::size_t count = 0; count <= 3; ++count) {
+    const positions few(stems.begin(), stems.begin() + std::ptrdiff_t(count));
+    for (const auto& [source, target] :
+         {std::pair(few, few), std::pair(few, plenty), std::pair(plenty, few)}) {
+      const matching result = match_stems(source, target);
+      CHECK(result.outcome == outcome::not_registered);
+      CHECK_THAT(result.reason, Catch::Contains(std::to_string(count) + " stems"));
+      require_coherent(result);
+    }
+  }
+}
+
+TEST_CASE("stems in a line, at one place, or double are no exception and no wrong registration") {
+  random_source random(9);
+  positions line, doubled = scenes::random_stems(random, 20, 20, 20);
+  for (int i = 0; i < 15; ++i)
+    line.push_back(scenes::uniform(random, 0, 40) * Eigen::Vector3d(0.6, 0.8, 0.05));
+  const positions pile(12, Eigen::Vector3d(1, 2, 3));
+  for (const positions& stems : {line, pile}) {
+    const matching result = match_stems(stems, stems);
+    CHECK(result.outcome != outcome::registered);
+    require_coherent(result);
+  }
+  const positions once = doubled;
+  doubled.insert(doubled.end(), once.begin(), once.end());
+  const matching result = match_stems(doubled, doubled);
+  require_coherent(result);
+  REQUIRE(result.outcome == outcome::registered);
+  CHECK(scenes::largest_error(*result.target_from_source, Eigen::Isometry3d::Identity(), doubled) < 1e-9);
+}
+
+TEST_CASE("match_stems names the map and the position that is not finite") {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const positions good = {{0, 0, 0}, {5, 0, 0}, {1, 4, 0}}, bad = {{0, 0, 0}, {nan, 0, 0}};
+  CHECK_THROWS_AS(match_stems(bad, good), std::invalid_argument);
+  CHECK_THROWS_WITH(match_stems(bad, good), Catch::Contains("source: position 1"));
+  CHECK_THROWS_WITH(match_stems(good, bad), Catch::Contains("target: position 1"));
+}
+
+TEST_CASE("match_stems names the option that makes no sense, whatever the stems") {
+  const positions none;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto message_of = [&](const matching_options& options) {
+    CHECK_THROWS_AS(match_stems(none, none, options), std::invalid_argument);
+    try {
+      match_stems(none, none, options);
+    } catch (const std::invalid_argument& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  for (const double bad : {0.0, -0.05, nan})
+    CHECK_THAT(message_of({.tolerance = bad}), Catch::Contains("tolerance"));
+  CHECK_THAT(message_of({.dof = static_cast<degrees_of_freedom>(5)}), Catch::Contains("dof"));
+  CHECK_THAT(message_of({.triangles = {.neighbors = 1}}), Catch::Contains("neighbors"));
+  CHECK_THAT(message_of({.global = {.most_hypotheses = 0}}), Catch::Contains("most_hypotheses"));
+  CHECK_THAT(message_of({.verdict = {.least_correspondences = 0}}), Catch::Contains("least_correspondences"));
+  CHECK_THROWS_WITH(match_stems(none, none, {}, Eigen::Vector3d(0, 0, 0)), Catch::Contains("up"));
+  CHECK_THROWS_WITH(match_stems(none, none, {}, Eigen::Vector3d::UnitZ(), {.threads = -1}),
+                    Catch::Contains("threads"));
+}
+
+TEST_CASE("match_stems is cancelled by the progress callback at any of its calls") {
+  random_source random(10);
+  const positions stems = scenes::random_stems(random, 30, 20, 20);
+  int calls = 0;
+  const auto run = [&](int allowed) {
+    calls = 0;
+    const execution how{.threads = 1, .on_progress = [&](const progress& p) {
+                          CHECK_FALSE(p.stage.empty());
+                          CHECK((p.fraction >= 0 && p.fraction <= 1));
+                          return ++calls <= allowed;
+                        }};
+    return match_stems(stems, stems, {}, Eigen::Vector3d::UnitZ(), how);
+  };
+  CHECK(run(std::numeric_limits<int>::max()).outcome == outcome::registered);
+  const int all_calls = calls;
+  REQUIRE(all_calls > 2);
+  for (const int allowed : {0, 1, all_calls / 2, all_calls - 1}) {
+    const matching result = run(allowed);
+    CHECK(result.outcome == outcome::cancelled);
+    CHECK(calls == allowed + 1);
+    require_coherent(result);
+  }
+}
+
+TEST_CASE("the eight rioja pairs are within 1 degree and 0.3 m of their best fits") {
+  const std::filesystem::path folder = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "stem_maps";
+  if (!std::filesystem::exists(folder / "rioja_transforms.csv")) {
+    WARN("skipped: there is no " << folder.string());
+    return;
+  }
+  const auto references = read_rioja_transforms(folder / "rioja_transforms.csv");
+  REQUIRE(references.size() == 8);
+  for (const auto& [plot, reference] : references) {
+    INFO("plot " << plot);
+    const auto source = support::read_stems(folder / ("rioja_" + plot + "_tls.csv")).stems;
+    const auto target = support::read_stems(folder / ("rioja_" + plot + "_field.csv")).stems;
+    const matching result = match_stems(source, target, {.horizontal = true, .tolerance = 0.2});
+    INFO(result.reason);
+    REQUIRE(result.outcome == outcome::registered);
+    const Eigen::Isometry3d& motion = *result.target_from_source;
+    const double yaw = std::atan2(motion(1, 0), motion(0, 0));
+    CHECK(std::abs(std::remainder(yaw - reference.yaw, 2 * std::numbers::pi)) < std::numbers::pi / 180);
+    CHECK((motion.translation().head<2>() - reference.shift).norm() < 0.3);
+  }
+}
+
+}  // namespace globalmatch

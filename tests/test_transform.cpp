@@ -1,0 +1,178 @@
+#include "globalmatch/transform.hpp"
+
+#include <limits>
+#include <numbers>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+constexpr auto four = degrees_of_freedom::four;
+constexpr auto six = degrees_of_freedom::six;
+
+Eigen::Isometry3d random_motion(random_source& random) {
+  Eigen::Isometry3d motion = scenes::random_levelled_motion(random);
+  const Eigen::Vector3d axis(random.normal(), random.normal(), random.normal());
+  motion.rotate(Eigen::AngleAxisd(scenes::uniform(random, 0, 3), axis.normalized()));
+  return motion;
+}
+
+positions cloud(random_source& random, std::size_t count) {
+  positions points;
+  for (std::size_t i = 0; i < count; ++i)
+    points.push_back(20 * Eigen::Vector3d(random.uniform(), random.uniform(), random.uniform()));
+  return points;
+}
+
+void require_rotation(const Eigen::Isometry3d& motion) {
+  CHECK(motion.linear().determinant() == Approx(1));
+  CHECK((motion.linear() * motion.linear().transpose()).isIdentity(1e-12));
+}
+
+}  // namespace
+
+TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
+  for (std::uint64_t seed = 0; seed < 50; ++seed)
+    for (const auto dof : {four, six}) {
+      INFO("seed " << seed << ", dof " << int(dof));
+      random_source random(seed);
+      const positions source = cloud(random, 3 + random.below(10));
+      const Eigen::Isometry3d truth =
+          dof == four ? scenes::random_levelled_motion(random) : random_motion(random);
+      const auto motion = fit_transform(source, scenes::moved(truth, source), dof);
+      REQUIRE(motion);
+      CHECK(motion->isApprox(truth, 1e-12));
+      require_rotation(*motion);
+    }
+}
+
+TEST_CASE("fit_transform recovers an exact motion of coordinates of a million metres") {
+  random_source random(51);
+  const positions near = cloud(random, 10);
+  const positions source = scenes::moved(scenes::yaw_and_shift(0, {1e6, 5e6, 1e3}), near);
+  for (const auto dof : {four, six}) {
+    const Eigen::Isometry3d truth = scenes::yaw_and_shift(1, {-4e5, 7e4, 100});
+    const auto motion = fit_transform(source, scenes::moved(truth, source), dof);
+    REQUIRE(motion);
+    CHECK(scenes::largest_error(*motion, truth, source) < 1e-6);
+  }
+}
+
+TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby") {
+  for (const auto dof : {four, six}) {
+    random_source random(52);
+    const positions source = cloud(random, 12);
+    const positions target =
+        scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), source), 0.3, random);
+    std::vector<double> weights;
+    for (std::size_t i = 0; i < source.size(); ++i) weights.push_back(random.uniform());
+    const auto squares = [&](const Eigen::Isometry3d& motion) {
+      double sum = 0;
+      for (std::size_t i = 0; i < source.size(); ++i)
+        sum += weights[i] * (motion * source[i] - target[i]).squaredNorm();
+      return sum;
+    };
+    const auto motion = fit_transform(source, target, dof, weights);
+    REQUIRE(motion);
+    for (int i = 0; i < 200; ++i) {
+      Eigen::Isometry3d other = *motion;
+      other.translation() += 0.01 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+      const Eigen::Vector3d axis = dof == four
+                                       ? Eigen::Vector3d(0, 0, 1)
+                                       : Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+      other.rotate(Eigen::AngleAxisd(0.001 * random.normal(), axis.normalized()));
+      CHECK(squares(other) >= squares(*motion));
+    }
+  }
+}
+
+TEST_CASE("4-DoF keeps the z axis to the last bit, also for tilted input") {
+  random_source random(53);
+  const positions source = cloud(random, 10);
+  const positions target = scenes::moved(random_motion(random), source);
+  const auto motion = fit_transform(source, target, four);
+  REQUIRE(motion);
+  CHECK(motion->linear().col(2) == Eigen::Vector3d::UnitZ());
+  CHECK(motion->linear().row(2) == Eigen::RowVector3d::UnitZ());
+  require_rotation(*motion);
+}
+
+TEST_CASE("4-DoF shifts heights by their mean difference") {
+  const positions source = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}}, target = {{0, 0, 1}, {5, 0, 2}, {0, 5, 6}};
+  const auto motion = fit_transform(source, target, four);
+  REQUIRE(motion);
+  CHECK(motion->translation().z() == Approx(3));
+}
+
+TEST_CASE("points of weight zero do not count, and weights count as copies") {
+  random_source random(54);
+  for (const auto dof : {four, six}) {
+    positions source = cloud(random, 8), target = scenes::noisy(source, 0.5, random);
+    positions copies_source = source, copies_target = target;
+    copies_source.push_back(source[3]);
+    copies_target.push_back(target[3]);
+    source.push_back({100, 0, 0});
+    target.push_back({-100, 70, 5});
+    const std::vector<double> weights = {1, 1, 1, 2, 1, 1, 1, 1, 0};
+    const auto weighted = fit_transform(source, target, dof, weights);
+    const auto copied = fit_transform(copies_source, copies_target, dof);
+    REQUIRE((weighted && copied));
+    CHECK(weighted->isApprox(*copied, 1e-12));
+  }
+}
+
+TEST_CASE("fit_transform never reflects, also where a reflection would fit exactly") {
+  random_source random(55);
+  for (const auto dof : {four, six})
+    for (int round = 0; round < 20; ++round) {
+      const positions source = cloud(random, 3 + random.below(6));
+      positions target = source;
+      for (Eigen::Vector3d& p : target) p.y() = -p.y();
+      const auto motion = fit_transform(source, target, dof);
+      REQUIRE(motion);
+      require_rotation(*motion);
+    }
+}
+
+TEST_CASE("6-DoF rotates points of one plane exactly") {
+  random_source random(56);
+  positions source = cloud(random, 6);
+  for (Eigen::Vector3d& p : source) p.z() = 0;
+  const Eigen::Isometry3d truth = random_motion(random);
+  const auto motion = fit_transform(source, scenes::moved(truth, source), six);
+  REQUIRE(motion);
+  CHECK(motion->isApprox(truth, 1e-12));
+}
+
+TEST_CASE("fit_transform gives nothing when the points do not determine the motion") {
+  const Eigen::Vector3d far_away(1e6, 5e6, 1e3), direction(0.6, 0.64, 0.48);
+  positions pile, pole, line;
+  for (int i = 0; i < 7; ++i) {
+    pile.push_back(far_away);
+    pole.push_back(far_away + i * Eigen::Vector3d::UnitZ());
+    line.push_back(far_away + i * direction);
+  }
+  for (const auto dof : {four, six}) {
+    CHECK_FALSE(fit_transform({}, {}, dof));
+    CHECK_FALSE(fit_transform(positions{{1, 2, 3}}, positions{{4, 5, 6}}, dof));
+    CHECK_FALSE(fit_transform(pile, pile, dof));
+    CHECK_FALSE(fit_transform(pole, pole, dof));
+    CHECK_FALSE(fit_transform(line, pile, dof));
+    CHECK_FALSE(fit_transform(line, line, dof, std::vector<double>(7, 0.0)));
+  }
+  CHECK_FALSE(fit_transform(line, line, six));
+  CHECK(fit_transform(line, line, four));
+}
+
+TEST_CASE("fit_transform refuses sizes that differ") {
+  const positions two = {{0, 0, 0}, {1, 0, 0}}, three = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  CHECK_THROWS_AS(fit_transform(two, three, four), std::invalid_argument);
+  CHECK_THROWS_AS(fit_transform(two, two, four, std::vector<double>{1.0}), std::invalid_argument);
+}
+
+}  // namespace globalmatch

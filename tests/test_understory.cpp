@@ -1,0 +1,104 @@
+#include "globalmatch/understory.hpp"
+
+#include "catch.hpp"
+#include "containers.hpp"
+#include "forest_scenes.hpp"
+#include "support/message_of.hpp"
+
+namespace globalmatch {
+
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+using support::message_of;
+
+namespace {
+
+/// A sloped plane through (10, 20, 30) over 8 m x 8 m, in a frame whose origin is there.
+terrain sloped_terrain(double gradient) {
+  terrain ground;
+  ground.frame.origin = {10, 20, 30};
+  ground.resolution = 0.5;
+  ground.columns = ground.rows = 16;
+  for (int r = 0; r < 16; ++r)
+    for (int c = 0; c < 16; ++c) ground.heights.push_back(static_cast<float>(gradient * (c + 0.5) * 0.5));
+  ground.has_data.assign(256, 1);
+  return ground;
+}
+
+}  // namespace
+
+TEST_CASE("the understory holds both of its limits and nothing beyond them") {
+  const terrain ground = sloped_terrain(0);
+  const understory_options options{.lowest = 0.25, .highest = 3};
+  const std::vector<Vector3d> scan = {{12, 22, 30.2499}, {12, 22, 30.25}, {12, 22, 31}, {12, 22, 33},
+                                      {12, 22, 33.0001}, {12, 22, 29},    {12, 22, 1e9}};
+  CHECK(select_understory(scan, ground, options).index == std::vector<point_index>{1, 2, 3});
+}
+
+TEST_CASE("heights of the understory are measured from the terrain, in every container") {
+  random_source random(1);
+  const terrain ground = sloped_terrain(0.5);
+  scenes::cloud scan;
+  for (int i = 0; i < 500; ++i) {
+    const double x = scenes::in_range(random, 0, 8), y = scenes::in_range(random, 0, 8);
+    scan.push_back(scenes::exact({10 + x, 20 + y, 30 + scenes::in_range(random, -1, 8)}));
+  }
+  std::vector<point_index> expected;
+  for (point_index i = 0; i < scan.size(); ++i) {
+    const double height = double(scan[i].z()) - 30 - 0.5 * (double(scan[i].x()) - 10);
+    if (height >= 0.2 && height <= 3) expected.push_back(i);
+  }
+  REQUIRE(expected.size() > 100);
+  containers::for_each_container(scan, [&](const std::string& kind, const auto& range) {
+    CAPTURE(kind);
+    const local_points understory = select_understory(range, ground);
+    CHECK(understory.index == expected);
+    CHECK(understory.frame.origin == Vector3d(10, 20, 30));
+    std::size_t exact = 0;
+    for (std::size_t i = 0; i < understory.size(); ++i)
+      exact += understory[i] == scan[understory.index[i]] - Vector3f(10, 20, 30) ? 1 : 0;
+    CHECK(exact == understory.size());
+  });
+}
+
+TEST_CASE("points that are not finite or beyond the terrain are not of the understory") {
+  const terrain ground = sloped_terrain(0);
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<Vector3d> scan = {{nan, 22, 31}, {12, 22, nan}, {9.9, 22, 31}, {12, 28.1, 31},
+                                      {1e9, 22, 31}, {12, 22, 31},  {18, 28, 31}};
+  CHECK(select_understory(scan, ground).index == std::vector<point_index>{5, 6});
+  CHECK(select_understory(std::vector<Vector3d>{}, ground).size() == 0);
+}
+
+TEST_CASE("without a terrain there is no understory") {
+  CHECK(select_understory(std::vector<Vector3d>{{0, 0, 1}}, terrain{}).size() == 0);
+}
+
+TEST_CASE("the understory follows the up of the terrain") {
+  terrain ground = sloped_terrain(0);
+  ground.frame.local_from_scan_rotation = levelling_rotation(Vector3d::UnitX());
+  std::vector<Vector3d> scan;
+  for (const double height : {0.1, 1.0, 2.9, 3.1}) scan.push_back(ground.frame.to_scan({2, 2, height}));
+  const local_points understory = select_understory(scan, ground);
+  CHECK(understory.index == std::vector<point_index>{1, 2});
+  REQUIRE(understory.size() == 2);
+  CHECK(understory[0].isApprox(Vector3f(2, 2, 1), 1e-6f));
+}
+
+TEST_CASE("understory limits that hold no layer are refused by name") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const understory_options& options : {understory_options{3, 3}, understory_options{3, 1},
+                                            understory_options{nan, 3}, understory_options{0, nan}})
+    CHECK(message_of([&] {
+            select_understory(std::vector<Vector3d>{}, terrain{}, options);
+          }).starts_with("understory.lowest"));
+}
+
+TEST_CASE("selecting the understory can be cancelled") {
+  const execution how{.on_progress = [](const progress& p) { return p.stage != "understory"; }};
+  CHECK_THROWS_AS(
+      select_understory(std::vector<Vector3d>(3, Vector3d(12, 22, 31)), sloped_terrain(0), {}, how),
+      operation_cancelled);
+}
+
+}  // namespace globalmatch

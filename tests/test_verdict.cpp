@@ -1,0 +1,121 @@
+#include "globalmatch/verdict.hpp"
+
+#include <limits>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+hypothesis pairing(std::size_t stems) {
+  hypothesis h;
+  for (stem_index i = 0; i < stems; ++i) h.correspondences.push_back({i, i});
+  return h;
+}
+
+position_set scattered(std::size_t count) {
+  random_source random(1);
+  return scenes::set_in_order(scenes::random_stems(random, count, 30, 30));
+}
+
+position_set in_a_row(std::size_t count, double offset) {
+  positions stems;
+  for (std::size_t i = 0; i < count; ++i)
+    stems.push_back({2.0 * double(i), 3.0 * double(i) + (i % 2 == 0 ? offset : -offset), 0});
+  return scenes::set_in_order(stems);
+}
+
+/// The verdict on hypotheses that pair so many stems of two maps of 40.
+verdict judge_counts(const std::vector<std::size_t>& counts) {
+  std::vector<hypothesis> hypotheses;
+  for (const std::size_t count : counts) hypotheses.push_back(pairing(count));
+  const position_set stems = scattered(40);
+  return judge(hypotheses, stems, stems);
+}
+
+}  // namespace
+
+TEST_CASE("four paired stems are enough without a rival, three are not") {
+  CHECK(judge_counts({4}).outcome == outcome::registered);
+  CHECK(judge_counts({3}).outcome == outcome::not_registered);
+  CHECK(judge_counts({}).outcome == outcome::not_registered);
+}
+
+TEST_CASE("a registered verdict has no reason, any other one names the step, the counts and the remedy") {
+  CHECK(judge_counts({10}).reason.empty());
+  CHECK_THAT(judge_counts({3}).reason, Catch::StartsWith("matching: ") && Catch::Contains("pairs 3 stems") &&
+                                           Catch::Contains("at least 4") && Catch::Contains("tolerance"));
+  CHECK_THAT(judge_counts({10, 9}).reason,
+             Catch::StartsWith("matching: ") && Catch::Contains("pairs 10 stems") &&
+                 Catch::Contains("another one 9") && Catch::Contains("overlap"));
+}
+
+TEST_CASE("a map of fewer stems than needed is named") {
+  const std::vector<hypothesis> hypotheses = {pairing(3)};
+  const verdict few_source = judge(hypotheses, scattered(3), scattered(20));
+  CHECK(few_source.outcome == outcome::not_registered);
+  CHECK_THAT(few_source.reason,
+             Catch::StartsWith("source: 3 stems") && Catch::Contains("scan a larger part"));
+  const verdict few_target = judge(hypotheses, scattered(20), scattered(0));
+  CHECK(few_target.outcome == outcome::not_registered);
+  CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
+}
+
+TEST_CASE("the best must pair more than the runner-up by sqrt(n1 + n2)") {
+  for (std::size_t best = 4; best <= 40; ++best)
+    for (std::size_t second = 1; second <= best; ++second) {
+      const bool ahead = (best - second) * (best - second) >= best + second;
+      CHECK(judge_counts({best, second}).outcome == (ahead ? outcome::registered : outcome::ambiguous));
+    }
+  CHECK(judge_counts({6, 3, 3, 3}).outcome == outcome::registered);  // 3 ahead, and 3 is sqrt(6 + 3)
+  CHECK(judge_counts({7, 4}).outcome == outcome::ambiguous);
+}
+
+TEST_CASE("stems in a line do not make a registration, however many") {
+  for (const double offset : {0.0, 0.2}) {
+    const position_set row = in_a_row(40, offset);
+    const verdict v = judge(std::vector<hypothesis>{pairing(40)}, row, row);
+    CHECK(v.outcome == outcome::not_registered);
+    CHECK_THAT(v.reason, Catch::StartsWith("matching: the 40 paired stems lie in a line"));
+  }
+  const position_set double_row = in_a_row(40, 2);
+  CHECK(judge(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome == outcome::registered);
+}
+
+TEST_CASE("the spread is the standard deviation across the line, in plan") {
+  const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
+  CHECK(detail::spread_in_plan(pairing(4), stems) == Approx(1));
+  const auto outcome_at = [&](double least_spread) {
+    return judge(std::vector<hypothesis>{pairing(4)}, stems, stems, {.least_spread = least_spread}).outcome;
+  };
+  CHECK(outcome_at(0.99) == outcome::registered);
+  CHECK(outcome_at(1.01) == outcome::not_registered);
+}
+
+TEST_CASE("all stems at one place do not make a registration") {
+  const position_set pile = scenes::set_in_order(positions(10, Eigen::Vector3d(1, 2, 3)));
+  CHECK(judge(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+}
+
+TEST_CASE("outcomes have the names of the JSON output") {
+  CHECK(to_string(outcome::registered) == "registered");
+  CHECK(to_string(outcome::ambiguous) == "ambiguous");
+  CHECK(to_string(outcome::not_registered) == "not_registered");
+  CHECK(to_string(outcome::cancelled) == "cancelled");
+}
+
+TEST_CASE("verdict options that make no sense are named") {
+  CHECK(verdict_options{}.least_correspondences == 4);
+  CHECK_THROWS_AS(require_valid(verdict_options{.least_correspondences = 2}), std::invalid_argument);
+  CHECK_THROWS_WITH(require_valid(verdict_options{.least_correspondences = 2}),
+                    Catch::Contains("verdict.least_correspondences"));
+  for (const double bad : {-0.1, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_WITH(require_valid(verdict_options{.least_spread = bad}),
+                      Catch::Contains("verdict.least_spread"));
+}
+
+}  // namespace globalmatch
