@@ -28,6 +28,8 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     matching_options matching_options = options.for_matching();
+    if (options.dof == 6 && !(source.has_heights && target.has_heights))
+      throw std::invalid_argument("--dof 6 needs a column z in both stem maps; use --dof 4");
     matching_options.horizontal |= !source.has_heights || !target.has_heights;
     support::stage_clock clock;
     const matching result = match_stems(source.stems, target.stems, matching_options, options.up_direction(),
@@ -35,13 +37,13 @@ int main(int argc, char** argv) {
     const double seconds = clock.seconds();
     clock.leave();
 
-    support::write_or_remove_transform(out, result.target_from_source);
     auto report = support::describe(result, result.target_from_source);
     report["source"] = {{"stems", source.stems.size()}};
     report["target"] = {{"stems", target.stems.size()}};
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
     support::write_json(options.json, report);
+    support::write_or_remove_transform(out, result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     (registered ? std::cout : std::cerr) << support::summary(result) << '\n';
     return registered ? support::done : support::no_registration;

@@ -51,7 +51,6 @@ int main(int argc, char** argv) {
     const double seconds = clock.seconds();
     clock.leave();
 
-    support::write_or_remove_transform(out, result.target_from_source);
     if (!merged.empty() && result.target_from_source)
       write_merged(merged, source, target, *result.target_from_source);
     if (!picture.empty())
@@ -64,6 +63,7 @@ int main(int argc, char** argv) {
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
     support::write_json(options.json, report);
+    support::write_or_remove_transform(out, result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     (registered ? std::cout : std::cerr) << support::summary(result.matching) << '\n';
     return registered ? support::done : support::no_registration;

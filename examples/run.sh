@@ -18,7 +18,7 @@ esac
 
 install_missing
 configure_release
-cmake --build build/release --target simulate_plot register_scans evaluate_registration
+cmake --build build/release --target simulate_plot map_stems match_stems register_scans register_plot evaluate_registration
 programs=$PWD/build/release/examples
 
 mkdir -p build/demo

@@ -58,10 +58,12 @@ TEST_CASE("parallel_for calls the work once for every index") {
   CHECK(std::count(visits.begin(), visits.end(), 1) == 1000);
 }
 
-TEST_CASE("parallel_chunks over nothing calls neither the work nor the progress callback") {
-  const execution how{.on_progress = [](const progress&) -> bool { throw std::logic_error("called"); }};
+TEST_CASE("parallel_chunks over nothing names its stage and does no work") {
+  int reports = 0;
+  const execution how{.on_progress = [&](const progress& p) { return ++reports > 0 && p.fraction == 0; }};
   CHECK_NOTHROW(parallel_chunks(how, "none", 0, 10,
                                 [](std::size_t, std::size_t) { throw std::logic_error("called"); }));
+  CHECK(reports == 1);
 }
 
 TEST_CASE("parallel_chunks rethrows the first exception in chunk order") {
@@ -117,30 +119,31 @@ TEST_CASE("parallel_chunks starts no further chunks once one has failed") {
   CHECK(calls == 5);
 }
 
-TEST_CASE("progress is reported on the calling thread, with the stage and a growing share of the work") {
+TEST_CASE("progress is reported on the calling thread, from 0 on, with the stage and a growing share") {
   for (const int threads : {1, 2, 8}) {
     CAPTURE(threads);
     const auto caller = std::this_thread::get_id();
     bool elsewhere = false, misnamed = false, out_of_order = false;
-    double last = 0;
+    double last = -1;
     int reports = 0;
     const execution how{.threads = threads, .on_progress = [&](const progress& p) {
                           ++reports;
                           elsewhere |= std::this_thread::get_id() != caller;
                           misnamed |= p.stage != "counting";
-                          out_of_order |= p.fraction <= last || p.fraction > 1;
+                          out_of_order |=
+                              reports == 1 ? p.fraction != 0 : p.fraction <= last || p.fraction > 1;
                           last = p.fraction;
                           return true;
                         }};
     parallel_chunks(how, "counting", 100, 1, [](std::size_t, std::size_t) {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     });
-    CHECK(reports > 0);
+    CHECK(reports >= 1);
     CHECK_FALSE(elsewhere);
     CHECK_FALSE(misnamed);
     CHECK_FALSE(out_of_order);
     if (threads == 1) {
-      CHECK(reports == 100);
+      CHECK(reports == 101);
       CHECK(last == 1);
     }
   }
@@ -150,6 +153,10 @@ TEST_CASE("a progress callback that returns false cancels what is left") {
   std::atomic<int> calls = 0;
   const execution how{.threads = 1, .on_progress = [&](const progress& p) { return p.fraction < 0.3; }};
   CHECK_THROWS_AS(parallel_chunks(how, "cancel", 100, 10, [&](std::size_t, std::size_t) { ++calls; }),
+                  operation_cancelled);
+  CHECK(calls == 3);
+  const execution at_once{.threads = 1, .on_progress = [](const progress&) { return false; }};
+  CHECK_THROWS_AS(parallel_chunks(at_once, "cancel", 100, 10, [&](std::size_t, std::size_t) { ++calls; }),
                   operation_cancelled);
   CHECK(calls == 3);
   CHECK_THROWS_AS(report_progress(how, "cancel", 0.5), operation_cancelled);

@@ -146,11 +146,11 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
       CHECK(sources.insert(c.source).second);
       CHECK(targets.insert(c.target).second);
     }
-    for (const auto& [c, count] : votes) {
-      const bool beaten = std::any_of(chosen.begin(), chosen.end(), [&](const correspondence& winner) {
-        return (winner.source == c.source || winner.target == c.target) && votes[winner] >= count;
-      });
-      CHECK(beaten);
+    for (const auto& entry : votes) {
+      const correspondence& c = entry.first;
+      CHECK(std::any_of(chosen.begin(), chosen.end(), [&](const correspondence& winner) {
+        return (winner.source == c.source || winner.target == c.target) && votes[winner] >= entry.second;
+      }));
     }
   }
 }

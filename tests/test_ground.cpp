@@ -153,8 +153,8 @@ TEST_CASE("every container gives the same terrain, bit for bit") {
   containers::for_each_container(scan, [&](const std::string& kind, const auto& range) {
     CAPTURE(kind);
     const ground_model model = model_ground(range);
-    CHECK(model.terrain.heights == expected.terrain.heights);
-    CHECK(model.terrain.has_data == expected.terrain.has_data);
+    CHECK((model.terrain.heights == expected.terrain.heights));
+    CHECK((model.terrain.has_data == expected.terrain.has_data));
     CHECK(model.terrain.frame.origin == expected.terrain.frame.origin);
     CHECK(model.funnel.points == scan.size());
     CHECK(model.funnel.ground_points == expected.funnel.ground_points);
@@ -167,8 +167,8 @@ TEST_CASE("the terrain has the same bits for 1, 2 and 8 threads") {
   const terrain alone = model_ground(scan, {}, up, {.threads = 1}).terrain;
   for (const int threads : {2, 8}) {
     const terrain together = model_ground(scan, {}, up, {.threads = threads}).terrain;
-    CHECK(together.heights == alone.heights);
-    CHECK(together.has_data == alone.has_data);
+    CHECK((together.heights == alone.heights));
+    CHECK((together.has_data == alone.has_data));
   }
 }
 
@@ -178,8 +178,8 @@ TEST_CASE("a scan in map coordinates has the same terrain in a shifted frame") {
   std::vector<Vector3d> shifted;
   for (const Vector3f& p : scan) shifted.push_back(p.cast<double>() + shift);
   const terrain here = model_ground(scan).terrain, there = model_ground(shifted).terrain;
-  CHECK(there.heights == here.heights);
-  CHECK(there.has_data == here.has_data);
+  CHECK((there.heights == here.heights));
+  CHECK((there.has_data == here.has_data));
   CHECK(there.frame.origin == here.frame.origin + shift);
 }
 

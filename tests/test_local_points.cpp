@@ -81,15 +81,14 @@ TEST_CASE("for_each_finite visits the finite points in order and counts the othe
   });
 }
 
-TEST_CASE("import_points puts the first finite point at the origin and keeps the indices") {
+TEST_CASE("import_points keeps places, distances and indices of the finite points") {
   const std::vector<Vector3f> points = {{float(nan), 0, 0}, {10, 20, 30}, {11, 22, 33}};
   containers::for_each_container(points, [](const std::string& kind, const auto& range) {
     CAPTURE(kind);
     const local_points local = import_points(range);
     REQUIRE(local.size() == 2);
-    CHECK(local.frame.origin == Vector3d(10, 20, 30));
-    CHECK(local[0] == Vector3f(0, 0, 0));
-    CHECK(local[1] == Vector3f(1, 2, 3));
+    CHECK(local.frame.to_scan(local[0].cast<double>()) == Vector3d(10, 20, 30));
+    CHECK(local[1] - local[0] == Vector3f(1, 2, 3));
     CHECK(local.index == std::vector<point_index>{1, 2});
   });
 }
@@ -127,8 +126,8 @@ TEST_CASE("import_points of no finite points is empty") {
 TEST_CASE("local points are a point range whose heights grow along up") {
   const std::vector<Vector3d> points = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}};
   const local_points local = import_points(points, Vector3d::UnitX());
-  CHECK(local[1].isApprox(Vector3f(0, 0, 5)));
-  CHECK(std::abs(local[2].z()) < 1e-6f);
+  CHECK(local[1].z() - local[0].z() == Approx(5));
+  CHECK(local[2].z() - local[0].z() == Approx(0).margin(1e-6));
 }
 
 TEST_CASE("select keeps the frame, and the chosen points with their indices in the order of choice") {

@@ -56,10 +56,10 @@ int disagreements(const std::vector<point_of<T, Dimension>>& points,
 template <class T, int Dimension>
 std::vector<point_of<T, Dimension>> shuffled_lattice(std::uint64_t seed, std::uint32_t side) {
   random_source random(seed);
-  std::vector<point_of<T, Dimension>> points(400);
+  std::vector<point_of<T, Dimension>> points(250);
   for (auto& p : points)
     for (T& coordinate : p) coordinate = T(random.below(side));
-  points.insert(points.end(), points.begin(), points.begin() + 100);
+  points.insert(points.end(), points.begin(), points.begin() + 60);
   return points;
 }
 

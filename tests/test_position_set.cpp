@@ -1,7 +1,6 @@
 #include "globalmatch/position_set.hpp"
 
 #include <limits>
-#include <numbers>
 
 #include "catch.hpp"
 #include "position_types.hpp"

@@ -134,9 +134,9 @@ TEST_CASE("the stems of a scan in map coordinates are moved by exactly the shift
     CHECK((there.stems[i].position - shift - here.stems[i].position).norm() < 1e-6);
     CHECK(there.stems[i].axis == here.stems[i].axis);
     CHECK(there.stems[i].radius == here.stems[i].radius);
-    CHECK(there.stems[i].support == here.stems[i].support);
+    CHECK((there.stems[i].support == here.stems[i].support));
   }
-  CHECK(there.terrain.heights == here.terrain.heights);
+  CHECK((there.terrain.heights == here.terrain.heights));
   CHECK(there.terrain.frame.origin == here.terrain.frame.origin + shift);
 }
 
@@ -288,8 +288,7 @@ TEST_CASE("map_stems refuses bad arguments by name") {
 }
 
 TEST_CASE("a link distance that is given joins or parts stems") {
-  random_source random(15);
-  plot truth(15);
+  const plot truth(15);
   mapping_options options;
   options.link_distance = 0.05;
   const std::size_t parted = map_stems(truth.scan, options).funnel.clusters;

@@ -142,7 +142,7 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
 
 TEST_CASE("match_stems takes positions of any type and says whether it compared in plan") {
   random_source random(1);
-  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const positions stems = scenes::random_stems(random, 14, 20, 20);
   const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.4, {3, -8, 2});
   const positions target = scenes::moved(truth, stems);
   scenes::for_each_type_with_heights(stems, [&](const char* name, const auto& range) {
@@ -346,7 +346,7 @@ TEST_CASE("match_stems names the option that makes no sense, whatever the stems"
 
 TEST_CASE("match_stems is cancelled by the progress callback at any of its calls") {
   random_source random(10);
-  const positions stems = scenes::random_stems(random, 30, 20, 20);
+  const positions stems = scenes::random_stems(random, 16, 20, 20);
   int calls = 0;
   const auto run = [&](int allowed) {
     calls = 0;

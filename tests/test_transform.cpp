@@ -1,8 +1,5 @@
 #include "globalmatch/transform.hpp"
 
-#include <limits>
-#include <numbers>
-
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 

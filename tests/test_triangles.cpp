@@ -1,7 +1,8 @@
 #include "globalmatch/triangles.hpp"
 
-#include <map>
-#include <numbers>
+#include <algorithm>
+#include <array>
+#include <cmath>
 #include <set>
 
 #include "catch.hpp"
@@ -133,7 +134,7 @@ TEST_CASE("triangles of stems in a line, or all at one place, have finite edges"
     CHECK_FALSE(triangles.empty());
     for (const triangle& t : triangles) {
       for (const double edge : t.edges) CHECK(std::isfinite(edge));
-      CHECK(height_over_longest_edge(t) == Approx(0).margin(1e-5));
+      CHECK(t.plan_height == Approx(0).margin(1e-9));
     }
   }
 }
@@ -194,12 +195,12 @@ TEST_CASE("horizontal triangles do not depend on heights") {
   }
 }
 
-TEST_CASE("height_over_longest_edge equals area over edge") {
+TEST_CASE("the height of a triangle in plan equals area over longest edge") {
   random_source random(9);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 20, 30, 30));
   for (const triangle& t : build_triangles(stems, true)) {
     const double parallelogram = oracles::signed_parallelogram(stems, t.vertices);
-    CHECK(height_over_longest_edge(t) == Approx(parallelogram / t.edges[0]).margin(1e-6));
+    CHECK(t.plan_height == Approx(parallelogram / t.edges[0]).margin(1e-6));
   }
 }
 

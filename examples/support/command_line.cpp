@@ -1,7 +1,5 @@
 #include "support/command_line.hpp"
 
-#include "support/file_error.hpp"
-
 #include <globalmatch/registration.hpp>
 
 #include <exception>
@@ -82,12 +80,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
   }
   try {
     return body();
-  } catch (const file_error& e) {
-    return fail(e.what());
-  } catch (const std::invalid_argument& e) {
-    return fail(e.what());
   } catch (const std::bad_alloc&) {
     return fail("not enough memory for this input; thin it or split it");
+  } catch (const std::exception& e) {
+    return fail(e.what());
   }
 }
 

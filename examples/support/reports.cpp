@@ -106,7 +106,7 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
 void write_json(const std::filesystem::path& path, const json& report) {
   if (path.empty()) return;
   atomic_file file(path);
-  file.stream() << report.dump(2) << '\n';
+  file.stream() << report.dump(2, ' ', false, json::error_handler_t::replace) << '\n';
   file.commit();
 }
 
@@ -116,8 +116,8 @@ void write_or_remove_transform(const std::filesystem::path& path,
     write_transform(path, *target_from_source);
     return;
   }
-  std::error_code error;
-  if (std::filesystem::is_regular_file(path, error)) std::filesystem::remove(path, error);
+  std::error_code absent, error;
+  if (std::filesystem::is_regular_file(path, absent)) std::filesystem::remove(path, error);
   if (error)
     throw file_error(path, "an earlier result cannot be removed",
                      "Remove it by hand: it is not of these scans.");

@@ -35,6 +35,8 @@ template <point_range R>
 registration_error evaluate_registration(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
                                          const R& source,
                                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+  if (!up.allFinite() || up.norm() == 0)
+    throw std::invalid_argument("up must be a finite vector other than zero");
   registration_error error;
   // For small angles the arccosine of [GM] Eq. (8) loses half the digits: the angle of the difference does
   // not.

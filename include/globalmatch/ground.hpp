@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -45,6 +46,11 @@ inline void require_valid(const ground_options& options) {
   require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
   require(options.cloth.time_step > 0 && options.cloth.gravity > 0,
           "ground.cloth.time_step and ground.cloth.gravity must be positive");
+  require(
+      options.cloth.at_rest > 0 &&
+          options.cloth.at_rest < options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
+      "ground.cloth.at_rest must be positive and less than the first fall, gravity * time_step^2");
+  require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
   require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
   require(options.ground_band > 0, "ground.ground_band must be positive");
   require(options.plane_radius > 0, "ground.plane_radius must be positive");

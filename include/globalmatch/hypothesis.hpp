@@ -102,23 +102,47 @@ class map_pair {
   neighbor_tree<double, 3> target_tree_;
 };
 
-/// Re-pairs all stems under the motion of `start` and fits it anew, until the pairs stand or fewer than three
-/// are left. Nothing when the correspondences do not determine a motion.
+/// Drops the correspondence that fits worst until all lie within `tolerance` [m] of each other.
+inline std::vector<correspondence> drop_misfits(const map_pair& maps, std::span<const correspondence> start,
+                                                double tolerance) {
+  std::vector<correspondence> pairs(start.begin(), start.end());
+  while (const auto fitted = maps.fit(pairs)) {
+    const auto misfit = [&](const correspondence& c) {
+      return stem_distance(fitted->first * maps.source.at[c.source], maps.target.at[c.target],
+                           maps.horizontal);
+    };
+    const auto worst = std::max_element(
+        pairs.begin(), pairs.end(),
+        [&](const correspondence& a, const correspondence& b) { return misfit(a) < misfit(b); });
+    if (misfit(*worst) < tolerance) break;
+    pairs.erase(worst);
+  }
+  return pairs;
+}
+
+/// Pairs all stems under the motion that most of `start` agree on, and fits it anew until the pairs stand.
+/// Nothing when fewer than three pairs are left.
 inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
                                         double tolerance) {
   constexpr int rounds = 20;
+  std::vector<correspondence> pairs = drop_misfits(maps, start, tolerance);
   hypothesis h;
   h.tolerance = tolerance;
-  std::vector<correspondence> pairs(start.begin(), start.end());
   for (int round = 0; round < rounds; ++round) {
     const auto fitted = maps.fit(pairs);
-    if (!fitted) break;
-    std::tie(h.target_from_source, h.rms) = *fitted;
-    h.correspondences = std::move(pairs);
-    pairs = maps.pair_stems(h.target_from_source, tolerance);
-    if (pairs.size() < 3 || pairs == h.correspondences) break;
+    if (!fitted) return std::nullopt;
+    h.target_from_source = fitted->first;
+    h.correspondences = maps.pair_stems(h.target_from_source, tolerance);
+    if (h.correspondences == pairs) break;
+    pairs = h.correspondences;
   }
-  if (h.correspondences.empty()) return std::nullopt;
+  if (h.correspondences.size() < 3) return std::nullopt;
+  double squares = 0;
+  for (const correspondence& c : h.correspondences)
+    squares += std::pow(stem_distance(h.target_from_source * maps.source.at[c.source],
+                                      maps.target.at[c.target], maps.horizontal),
+                        2);
+  h.rms = std::sqrt(squares / double(h.correspondences.size()));
   return h;
 }
 

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "globalmatch/execution.hpp"
+#include "globalmatch/local_points.hpp"
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/transform.hpp"
@@ -39,6 +40,8 @@ struct icp_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const icp_options& options) {
+  if (options.metric < icp_metric::none || options.metric > icp_metric::point_to_plane)
+    throw std::invalid_argument("icp.metric must be none, point_to_point or point_to_plane");
   if (!(options.largest_distance > 0)) throw std::invalid_argument("icp.largest_distance must be positive");
   if (!(options.trimming > 0)) throw std::invalid_argument("icp.trimming must be positive");
   if (options.most_iterations < 1) throw std::invalid_argument("icp.most_iterations must be at least 1");
@@ -175,6 +178,7 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
                                 degrees_of_freedom dof, const icp_options& options = {},
                                 const execution& how = {}) {
   require_valid(options);
+  if (!coarse.matrix().allFinite()) throw std::invalid_argument("coarse must be finite");
   icp_result result;
   result.target_from_source = coarse;
   std::erase_if(layers, [](const icp_layer& layer) { return layer.source.empty() || layer.target.empty(); });
@@ -212,13 +216,13 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   return result;
 }
 
-/// The same over points of the caller's, as one layer.
+/// The same over points of the caller's, as one layer; those that are not finite are skipped.
 template <point_range Source, point_range Target>
 icp_result refine_by_icp(const Source& source, const Target& target, const Eigen::Isometry3d& coarse,
                          degrees_of_freedom dof, const icp_options& options = {}, const execution& how = {}) {
   icp_layer layer;
-  for (const auto& p : source) layer.source.push_back(xyz(p));
-  for (const auto& p : target) layer.target.push_back(xyz(p));
+  for_each_finite(source, [&](const Eigen::Vector3d& p, point_index) { layer.source.push_back(p); });
+  for_each_finite(target, [&](const Eigen::Vector3d& p, point_index) { layer.target.push_back(p); });
   return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, how);
 }
 

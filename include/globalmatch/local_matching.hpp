@@ -10,6 +10,7 @@
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/execution.hpp"
@@ -45,23 +46,31 @@ inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& sou
                                                 const std::vector<triangle>& target, double tolerance,
                                                 const execution& how = {}) {
   if (!(tolerance > 0)) throw std::invalid_argument("tolerance must be positive");
-  std::vector<triangle> candidates;
-  for (const triangle& t : source)
-    for_each_admissible_order(t, tolerance, [&](const triangle& ordered) { candidates.push_back(ordered); });
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const triangle& a, const triangle& b) { return a.edges[0] < b.edges[0]; });
+  struct candidate {
+    triangle ordered;
+    std::size_t source;
+  };
+  std::vector<candidate> candidates;
+  for (std::size_t s = 0; s < source.size(); ++s)
+    for_each_admissible_order(source[s], tolerance, [&](const triangle& ordered) {
+      candidates.push_back({ordered, s});
+    });
+  std::stable_sort(candidates.begin(), candidates.end(), [](const candidate& a, const candidate& b) {
+    return a.ordered.edges[0] < b.ordered.edges[0];
+  });
 
   std::vector<std::optional<triangle_pair>> best_of(target.size());
   parallel_for(how, "local matching", target.size(), [&](std::size_t t) {
     const double longest = target[t].edges[0];
-    auto candidate = std::lower_bound(candidates.begin(), candidates.end(), longest - tolerance,
-                                      [](const triangle& c, double edge) { return c.edges[0] < edge; });
-    double least = std::numeric_limits<double>::infinity();
-    for (; candidate != candidates.end() && candidate->edges[0] <= longest + tolerance; ++candidate) {
-      const auto dissimilarity = local_dissimilarity(*candidate, target[t], tolerance);
-      if (!dissimilarity || *dissimilarity >= least) continue;
-      least = *dissimilarity;
-      best_of[t] = triangle_pair{candidate->vertices, target[t].vertices, least};
+    auto c =
+        std::lower_bound(candidates.begin(), candidates.end(), longest - tolerance,
+                         [](const candidate& other, double edge) { return other.ordered.edges[0] < edge; });
+    auto least = std::pair(std::numeric_limits<double>::infinity(), source.size());
+    for (; c != candidates.end() && c->ordered.edges[0] <= longest + tolerance; ++c) {
+      const auto dissimilarity = local_dissimilarity(c->ordered, target[t], tolerance);
+      if (!dissimilarity || std::pair(*dissimilarity, c->source) >= least) continue;
+      least = {*dissimilarity, c->source};
+      best_of[t] = triangle_pair{c->ordered.vertices, target[t].vertices, *dissimilarity};
     }
   });
   std::vector<triangle_pair> pairs;

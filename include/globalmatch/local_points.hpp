@@ -35,13 +35,13 @@ struct local_frame {
 /// Rotation that turns `up` into +z, by the shortest way. Throws `std::invalid_argument` when `up` is zero or
 /// not finite.
 inline Eigen::Matrix3d levelling_rotation(const Eigen::Vector3d& up) {
-  if (!up.allFinite() || up.norm() == 0)
+  if (!up.allFinite() || !(up.stableNorm() > 0))
     throw std::invalid_argument("up must be a finite vector other than zero");
-  const Eigen::Vector3d u = up.normalized();
+  const Eigen::Vector3d u = up.stableNormalized();
   if (u.x() == 0 && u.y() == 0)  // straight up, or upside down: a half turn about x
     return Eigen::Vector3d(1, u.z(), u.z()).asDiagonal();
   // Rodrigues' formula about u x z; its limit for u = -z is any half turn
-  const double f = (1 - u.z()) / (u.x() * u.x() + u.y() * u.y());
+  const double f = u.z() > 0 ? 1 / (1 + u.z()) : (1 - u.z()) / (u.x() * u.x() + u.y() * u.y());
   Eigen::Matrix3d rotation;
   rotation << 1 - f * u.x() * u.x(), -f * u.x() * u.y(), -u.x(),  //
       -f * u.x() * u.y(), 1 - f * u.y() * u.y(), -u.y(),          //

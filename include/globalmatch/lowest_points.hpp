@@ -49,6 +49,7 @@ namespace detail {
 class tiled_minima {
  public:
   static constexpr int tile_cells = 32;
+  static constexpr double beyond_any_plot = 1e9;  // [m] from the first point; keeps keys and heights exact
   struct lowest {
     double x = 0, y = 0, z = std::numeric_limits<double>::infinity();
     bool empty() const { return std::isinf(z); }
@@ -62,8 +63,7 @@ class tiled_minima {
   const std::map<key, tile>& tiles() const { return tiles_; }
 
   void add(const Eigen::Vector3d& p) {
-    constexpr double beyond_any_plot = 1e12;  // keeps the keys exact
-    if (p.head<2>().cwiseAbs().maxCoeff() > beyond_any_plot) return;
+    if (p.cwiseAbs().maxCoeff() > beyond_any_plot) return;
     const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
     if (last_ == nullptr || k != last_key_) {
       last_ = &tiles_.try_emplace(k, tile_cells * tile_cells).first->second;
@@ -127,8 +127,14 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   raster.frame.local_from_scan_rotation = levelling_rotation(up);
   raster.resolution = resolution;
   tiled_minima minima(resolution);
+  funnel = {};
+  bool anchored = false;
   funnel.not_finite = for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
-    if (funnel.points++ == 0) raster.frame.origin = p;
+    if (!anchored && p.cwiseAbs().maxCoeff() < tiled_minima::beyond_any_plot) {
+      raster.frame.origin = p;
+      anchored = true;
+    }
+    ++funnel.points;
     minima.add(raster.frame.to_local(p));
     if (i % (1u << 20) == 0) report_progress(how, "ground", 0);
   });

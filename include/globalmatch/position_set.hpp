@@ -33,7 +33,8 @@ template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name) {
   position_set set;
   set.has_heights = point_range<R>;
-  set.frame.local_from_scan_rotation = levelling_rotation(up);
+  const Eigen::Matrix3d levelling = levelling_rotation(up);
+  if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
   std::vector<Eigen::Vector3d> given;
   for (const auto& p : positions) {
     given.push_back(xyz(p));

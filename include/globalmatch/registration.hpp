@@ -88,6 +88,11 @@ inline registration register_maps(const stem_map& source, const stem_map& target
                                   const registration_options& options = {}, const execution& how = {}) {
   require_valid(options.icp);
   registration result;
+  if (source.cancelled || target.cancelled) {
+    result.outcome = outcome::cancelled;
+    result.reason = operation_cancelled().what();
+    return result;
+  }
   try {
     result.matching =
         match_positions(import_positions(source.stems, source.up, "source"),
@@ -119,12 +124,10 @@ scan_registration register_scans(const Source& source, const Target& target,
   require_valid(options.icp);
   scan_registration result;
   result.source = map_stems(source, options.mapping, up, how);
-  if (!result.source.cancelled) result.target = map_stems(target, options.mapping, up, how);
-  if (result.source.cancelled || result.target.cancelled) {
-    result.registration.outcome = outcome::cancelled;
-    result.registration.reason = operation_cancelled().what();
-    return result;
-  }
+  if (result.source.cancelled)
+    result.target.cancelled = true;
+  else
+    result.target = map_stems(target, options.mapping, up, how);
   result.registration = register_maps(result.source, result.target, options, how);
   return result;
 }

@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -70,19 +72,17 @@ namespace detail {
 
 constexpr double height_bin = 0.1;  // [m]
 
-/// Which of the 64 height bins above `base` the points fill, one bit each.
-inline std::uint64_t height_bit(double z, double base) {
-  return std::uint64_t(1) << std::clamp(static_cast<int>((z - base) / height_bin), 0, 63);
+/// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is more than a stem shows in the
+/// understory, so that clusters may climb a slope of any height.
+inline std::uint64_t height_bit(double z) {
+  return std::uint64_t(1) << (static_cast<std::int64_t>(std::floor(z / height_bin)) & 63);
 }
 
 /// The points of one cluster that are not yet explained by a stem, over a plan raster of columns.
 class column_raster {
  public:
   column_raster(const local_points& points, std::span<const point_index> members, double column_width)
-      : points_(points), remaining_(members.begin(), members.end()), cell_(column_width / 3) {
-    base_ = std::numeric_limits<float>::infinity();
-    for (const point_index i : remaining_) base_ = std::min(base_, points.z[i]);
-  }
+      : points_(points), remaining_(members.begin(), members.end()), cell_(column_width / 3) {}
 
   const std::vector<point_index>& remaining() const { return remaining_; }
 
@@ -90,7 +90,7 @@ class column_raster {
   std::pair<Eigen::Vector2d, int> fullest_column() const {
     std::map<std::pair<int, int>, std::uint64_t> filled;
     for (const point_index i : remaining_) {
-      const std::uint64_t bit = height_bit(points_.z[i], base_);
+      const std::uint64_t bit = height_bit(points_.z[i]);
       const auto [c, r] = cell_of(i);
       for (int dr = -1; dr <= 1; ++dr)
         for (int dc = -1; dc <= 1; ++dc) filled[{c + dc, r + dr}] |= bit;
@@ -119,7 +119,6 @@ class column_raster {
   const local_points& points_;
   std::vector<point_index> remaining_;
   double cell_;
-  float base_ = 0;
 };
 
 /// What the stems of all clusters are judged by.
@@ -169,7 +168,7 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const understo
   found.rms = std::sqrt(squares / double(support.size()));
   found.position_sigma = axis_uncertainty(c, support, std::max(found.rms, tolerance / 4));
   std::uint64_t filled = 0;
-  for (const Eigen::Vector3d& p : support) filled |= height_bit(p.z(), lowest);
+  for (const Eigen::Vector3d& p : support) filled |= height_bit(p.z());
   found.filled_height = std::popcount(filled) * height_bin;
   if (found.filled_height < options.least_height ||
       found.filled_height < options.least_filled * (highest - lowest) ||
@@ -280,6 +279,8 @@ inline stem_cylinders find_stem_cylinders(const local_points& understory,
                                           const point_clusters& clusters, stem_cylinder_options options = {},
                                           const execution& how = {}) {
   require_valid(options);
+  if (surfaces.size() != understory.size())
+    throw std::invalid_argument("surfaces must hold one surface for each understory point");
   const detail::understory_view view{
       understory, surfaces,
       neighbor_tree<float, 2>(understory.size(), [&](std::size_t i) { return understory[i]; })};

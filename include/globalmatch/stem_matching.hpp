@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
@@ -28,10 +29,10 @@ struct matching_options {
   bool horizontal = false;  ///< compare distances in plan; always so when a map has no heights (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
   /// 0.05).
-  std::optional<double> tolerance;
-  triangle_options triangles;
-  global_matching_options global;
-  verdict_options verdict;
+  std::optional<double> tolerance = {};
+  triangle_options triangles = {};
+  global_matching_options global = {};
+  verdict_options verdict = {};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.

@@ -35,12 +35,13 @@ class terrain {
   /// Height at (x, y), bilinear between nodes, also where no ground was seen. Requires `covers(x, y)`.
   double interpolated_height(double x, double y) const {
     const double gx = x / resolution - 0.5, gy = y / resolution - 0.5;
-    const int c = std::clamp(static_cast<int>(gx), 0, columns - 2),
-              r = std::clamp(static_cast<int>(gy), 0, rows - 2);
+    const int c = std::clamp(static_cast<int>(gx), 0, std::max(columns - 2, 0));
+    const int r = std::clamp(static_cast<int>(gy), 0, std::max(rows - 2, 0));
     const double u = gx - c, v = gy - r;
-    const std::size_t lower = node(c, r), upper = node(c, r + 1);
-    return (1 - v) * ((1 - u) * heights[lower] + u * heights[lower + 1]) +
-           v * ((1 - u) * heights[upper] + u * heights[upper + 1]);
+    const std::size_t lower = node(c, r), upper = node(c, std::min(r + 1, rows - 1));
+    const std::size_t right = c + 1 < columns ? 1 : 0;
+    return (1 - v) * ((1 - u) * heights[lower] + u * heights[lower + right]) +
+           v * ((1 - u) * heights[upper] + u * heights[upper + right]);
   }
 
   /// Whether ground was seen near (x, y).

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>

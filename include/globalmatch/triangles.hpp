@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <stdexcept>
 #include <tuple>
 #include <vector>
@@ -31,7 +32,8 @@ inline void require_valid(const triangle_options& options) {
 /// above.
 struct triangle {
   std::array<stem_index, 3> vertices;
-  std::array<double, 3> edges;  ///< [m] edges[i] lies opposite vertices[i]
+  std::array<double, 3> edges;                                   ///< [m] edges[i] lies opposite vertices[i]
+  double plan_height = std::numeric_limits<double>::infinity();  ///< [m] in plan, over the edge longest there
 };
 
 /// The triangle of three stems in canonical order; of equal edges the one opposite the lower index counts as
@@ -50,7 +52,8 @@ inline triangle make_triangle(const position_set& stems, std::array<stem_index, 
     std::swap(v[1], v[2]);
     std::swap(e[1], e[2]);
   }
-  return {v, e};
+  const double longest_in_plan = std::max({a.head<2>().norm(), b.head<2>().norm(), (a - b).head<2>().norm()});
+  return {v, e, longest_in_plan > 0 ? std::abs(a.x() * b.y() - a.y() * b.x()) / longest_in_plan : 0};
 }
 
 /// All distinct local triangles, ordered by their sorted vertices.
@@ -81,24 +84,20 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   return triangles;
 }
 
-/// Height [m] of a triangle over its longest edge (Heron).
-inline double height_over_longest_edge(const triangle& t) {
-  const auto [a, b, c] = t.edges;
-  const double s = (a + b + c) / 2;
-  return a > 0 ? 2 * std::sqrt(std::max(0.0, s * (s - a) * (s - b) * (s - c))) / a : 0;
-}
-
-/// Calls `visit(triangle)` for every order the triangle could canonically have if its edges were off by less
-/// than `tolerance` [m], as in another scan they are: any vertex opposite an edge within twice the tolerance
-/// of the longest may come first, and a triangle flatter than the tolerance may be seen turned over.
+/// Calls `visit(triangle)` for every order that the triangle may canonically have in another scan, where
+/// edges differ by less than `tolerance` [m]: any vertex opposite an edge within twice the tolerance of the
+/// longest may come first, and a triangle flatter than the tolerance, in plan where its sense of rotation is
+/// told, may be turned over.
 template <class Visit>
 void for_each_admissible_order(const triangle& t, double tolerance, const Visit& visit) {
-  const bool flat = height_over_longest_edge(t) < tolerance;
+  const bool flat = t.plan_height < tolerance;
   for (std::size_t first = 0; first < 3; ++first) {
     if (t.edges[first] <= t.edges[0] - 2 * tolerance) continue;
     const std::size_t second = (first + 1) % 3, third = (first + 2) % 3;
     const auto order = [&](std::size_t i, std::size_t j, std::size_t k) {
-      visit(triangle{{t.vertices[i], t.vertices[j], t.vertices[k]}, {t.edges[i], t.edges[j], t.edges[k]}});
+      visit(triangle{{t.vertices[i], t.vertices[j], t.vertices[k]},
+                     {t.edges[i], t.edges[j], t.edges[k]},
+                     t.plan_height});
     };
     order(first, second, third);
     if (flat) order(first, third, second);

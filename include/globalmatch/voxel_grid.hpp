@@ -5,9 +5,9 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -23,18 +23,10 @@ namespace globalmatch {
 /// `voxel_size` is not positive.
 inline std::vector<point_index> thin_by_voxels(const local_points& points, double voxel_size) {
   if (!(voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
-  using voxel_key = std::uint64_t;
-  constexpr int bits = 21;  // two million voxels along each axis
-  constexpr std::int64_t middle = std::int64_t(1) << (bits - 1);
-  const auto key_of = [&](float v) {
-    const auto cell = std::int64_t(std::floor(double(v) / voxel_size));
-    return voxel_key(std::clamp<std::int64_t>(cell + middle, 0, 2 * middle - 1));
-  };
-  std::vector<std::pair<voxel_key, point_index>> order(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const voxel_key key = key_of(points.x[i]) << 2 * bits | key_of(points.y[i]) << bits | key_of(points.z[i]);
-    order[i] = {key, static_cast<point_index>(i)};
-  }
+  const auto cell = [&](float v) { return std::floor(double(v) / voxel_size); };
+  std::vector<std::pair<std::array<double, 3>, point_index>> order(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i)
+    order[i] = {{cell(points.x[i]), cell(points.y[i]), cell(points.z[i])}, static_cast<point_index>(i)};
   std::sort(order.begin(), order.end());
 
   std::vector<point_index> kept;

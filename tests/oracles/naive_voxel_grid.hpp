@@ -13,14 +13,12 @@
 
 namespace globalmatch::oracles {
 
-/// Indices of the points nearest to the mean of their voxel's points, increasing. Voxels begin at the first
-/// point.
+/// Indices of the points nearest to the mean of their voxel's points, increasing. `corner` is one of a voxel.
 inline std::vector<point_index> naive_voxel_grid(const std::vector<Eigen::Vector3f>& points,
-                                                 double voxel_size) {
+                                                 double voxel_size, const Eigen::Vector3d& corner) {
   std::map<std::array<double, 3>, std::vector<point_index>> voxels;
   for (point_index i = 0; i < points.size(); ++i) {
-    const Eigen::Vector3d cell =
-        ((points[i].cast<double>() - points[0].cast<double>()) / voxel_size).array().floor();
+    const Eigen::Vector3d cell = ((points[i].cast<double>() - corner) / voxel_size).array().floor();
     voxels[{cell.x(), cell.y(), cell.z()}].push_back(i);
   }
   std::vector<point_index> kept;
