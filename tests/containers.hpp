@@ -25,13 +25,11 @@ struct survey_point {
   double x, y, z;
 };
 
-/// Laid out like the points of the Point Cloud Library.
-struct pcl_like_point {
-  union {
-    float data[4];
-    __extension__ struct { float x, y, z; };
-  };
-  float intensity;
+/// Like the points of the Point Cloud Library: aligned and padded.
+struct alignas(16) pcl_like_point {
+  float x, y, z;
+  float padding = 1;
+  float intensity = 0;
 };
 
 /// As much of `pcl::PointCloud` as a range needs.
@@ -94,7 +92,7 @@ void for_each_container(const std::vector<Eigen::Vector3f>& points, const Check&
     arrays.push_back({p.x(), p.y(), p.z()});
     doubles.push_back(p.cast<double>());
     homogeneous.push_back({p.x(), p.y(), p.z(), 1});
-    cloud.points.push_back({{{p.x(), p.y(), p.z(), 1}}, 0.5f});
+    cloud.points.push_back({p.x(), p.y(), p.z()});
     matrix.col(static_cast<Eigen::Index>(i)) = p.cast<double>();
     x.push_back(p.x());
     y.push_back(p.y());

@@ -29,7 +29,7 @@ TEST_CASE("clusters equal brute-force union-find, in every container") {
   random_source random(1);
   const scenes::cloud points = scenes::random_cloud(random, 400, 10);
   for (const double link : {0.3, 0.8, 1.2, 3.0})
-    for (const std::size_t least_points : {1, 2, 5}) {
+    for (const std::size_t least_points : {1u, 2u, 5u}) {
       const groups expected =
           oracles::union_find_clusters(points, std::vector<float>(points.size(), float(link)), least_points);
       containers::for_each_container(points, [&](const std::string& kind, const auto& range) {

@@ -38,7 +38,7 @@ TEST_CASE("parallel_chunks gives the same bits for 1, 2 and 8 threads") {
 }
 
 TEST_CASE("parallel_chunks covers every index once, in chunks of the size asked for, the last one shorter") {
-  for (const std::size_t count : {1, 99, 100, 101, 250}) {
+  for (const std::size_t count : {1u, 99u, 100u, 101u, 250u}) {
     CAPTURE(count);
     std::vector<std::atomic<int>> visits(count);
     std::atomic<bool> sizes_right = true;

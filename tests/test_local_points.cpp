@@ -146,8 +146,4 @@ TEST_CASE("select keeps the frame, and the chosen points with their indices in t
   CHECK(select(local, {}).size() == 0);
 }
 
-TEST_CASE("local points are themselves a point range") {
-  CHECK(point_range<local_points>);
-}
-
 }  // namespace globalmatch

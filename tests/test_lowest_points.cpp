@@ -130,7 +130,7 @@ TEST_CASE("parts that lie apart are left out and counted, even when they come fi
   ground_funnel clean_funnel;
   const std::size_t cells = occupied(lowest_of(points, clean_funnel));
   for (const Vector3d& outlier :
-       {Vector3d(1e9, 0, 0), Vector3d(0, -1e9, 5), Vector3d(1e9, 1e9, 1e9), Vector3d(100, 100, 0)}) {
+       {Vector3d(1e8, 0, 0), Vector3d(0, -1e8, 5), Vector3d(1e8, 1e8, 1e8), Vector3d(100, 100, 0)}) {
     for (const bool first : {true, false}) {
       CAPTURE(outlier.transpose(), first);
       std::vector<Vector3d> scan = points;
@@ -174,7 +174,7 @@ TEST_CASE("a scan without finite points has an empty raster") {
 }
 
 TEST_CASE("one point, or many equal ones, fill one cell") {
-  for (const std::size_t count : {1, 100}) {
+  for (const std::size_t count : {1u, 100u}) {
     ground_funnel funnel;
     const Vector3d p(7.5, -3.25, 2.75);
     const lowest_raster raster = lowest_of(std::vector<Vector3d>(count, p), funnel);

@@ -1,5 +1,6 @@
 #include "globalmatch/neighbors.hpp"
 
+#include <Eigen/Core>
 #include <thread>
 
 #include "catch.hpp"
@@ -15,7 +16,8 @@ using point_of = std::array<T, std::size_t(Dimension)>;
 
 template <class T, int Dimension>
 neighbor_tree<T, Dimension> tree_of(const std::vector<point_of<T, Dimension>>& points) {
-  return {points.size(), [&](std::size_t i) { return points[i]; }};
+  return {points.size(),
+          [&](std::size_t i) { return Eigen::Map<const Eigen::Matrix<T, Dimension, 1>>(points[i].data()); }};
 }
 
 template <class T>
@@ -42,7 +44,7 @@ int disagreements(const std::vector<point_of<T, Dimension>>& points,
   std::vector<neighbor<T>> found;
   int count = 0;
   for (const auto& query : queries) {
-    for (const std::size_t k : {1, 2, 7, 20, 1000}) {
+    for (const std::size_t k : {1u, 2u, 7u, 20u, 1000u}) {
       tree.nearest(query, k, found);
       count += equal(found, oracles::brute_force_nearest(points, query, k)) ? 0 : 1;
     }

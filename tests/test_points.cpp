@@ -36,7 +36,7 @@ struct accessor_point {
 /// Members and indices disagree: members win.
 struct two_faced_point {
   double x = 1, y = 2, z = 3;
-  static constexpr int SizeAtCompileTime = 3;
+  enum { SizeAtCompileTime = 3 };
   double operator[](int) const { return -1; }
 };
 /// Members and traits disagree: traits win.
@@ -148,7 +148,7 @@ TEST_CASE("xyz reads the coordinates of every kind of point as doubles") {
   const double plain[3] = {1, 2, 3};
   CHECK(xyz(containers::colored_point{1, 2, 3, 4, 5, 6}) == expected);
   CHECK(xyz(containers::survey_point{"a", 1, 2, 3}) == expected);
-  CHECK(xyz(containers::pcl_like_point{{{1, 2, 3, 1}}, 9}) == expected);
+  CHECK(xyz(containers::pcl_like_point{1, 2, 3}) == expected);
   CHECK(xyz(containers::geodetic_mark(1, 2, 3)) == expected);
   CHECK(xyz(integer_point{1, 2, 3}) == expected);
   CHECK(xyz(std::array<float, 3>{1, 2, 3}) == expected);

@@ -227,7 +227,7 @@ TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller'
       CHECK((h.target_from_source * views.source[c.source] - views.target[c.target]).norm() < 0.1);
 }
 
-TEST_CASE("the funnel counts what each step left") {
+TEST_CASE("the matching funnel counts what each step left") {
   random_source random(5);
   const positions stems = scenes::random_stems(random, 15, 20, 20);
   const matching result = match_stems(stems, stems);

@@ -181,6 +181,7 @@ inline double axis_uncertainty(const cylinder& c, std::span<const Eigen::Vector3
 inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> points,
                                             std::span<const Eigen::Vector3d> normals,
                                             const cylinder_options& options, random_source& random) {
+  require_valid(options);
   if (points.size() != normals.size())
     throw std::invalid_argument("normals must hold one vector for each point");
   if (points.size() < 6) return std::nullopt;

@@ -81,7 +81,7 @@ inline std::vector<float> cloth_cell_minima(const lowest_raster& lowest, int col
 inline std::optional<float> height_of_local_plane(std::vector<Eigen::Vector3f>& points, float x, float y) {
   constexpr int rounds = 4;
   constexpr float least_step = 0.03f;  // [m] roughness that every forest floor has
-  constexpr float ridge = 0.01f;       // [m^2] holds the slope down where points do not spread
+  constexpr float ridge = 3e-4f;       // [m^2] holds the slope down where points do not spread
   std::optional<float> height;
   for (int round = 0; round < rounds && points.size() >= 3; ++round) {
     Eigen::Matrix3f normal = Eigen::Matrix3f::Zero();

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -102,15 +103,31 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   return skipped;
 }
 
-/// All finite points of a range in a levelled local frame whose origin is the first of them.
+/// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
+/// far from it floats are coarse and the first point may be an outlier.
 template <point_range R>
 local_points import_points(const R& scan, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
   local_points result;
   result.frame.local_from_scan_rotation = levelling_rotation(up);
+  std::vector<Eigen::Vector3d> finite;
   for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
-    if (result.size() == 0) result.frame.origin = p;
-    result.push_back(result.frame.to_local(p).template cast<float>(), i);
+    finite.push_back(p);
+    result.index.push_back(i);
   });
+  if (finite.empty()) return result;
+  std::vector<double> values(finite.size());
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < finite.size(); ++i) values[i] = finite[i][axis];
+    std::nth_element(values.begin(), middle, values.end());
+    result.frame.origin[axis] = *middle;
+  }
+  for (const Eigen::Vector3d& p : finite) {
+    const Eigen::Vector3f local = result.frame.to_local(p).template cast<float>();
+    result.x.push_back(local.x());
+    result.y.push_back(local.y());
+    result.z.push_back(local.z());
+  }
   return result;
 }
 

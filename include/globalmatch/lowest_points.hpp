@@ -49,7 +49,7 @@ namespace detail {
 class tiled_minima {
  public:
   static constexpr int tile_cells = 32;
-  static constexpr double beyond_any_plot = 1e9;  // [m] from the first point; keeps keys and heights exact
+  static constexpr double beyond_any_plot = 1e11;  // [m] from the first point; keeps keys and heights exact
   struct lowest {
     double x = 0, y = 0, z = std::numeric_limits<double>::infinity();
     bool empty() const { return std::isinf(z); }

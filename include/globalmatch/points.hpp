@@ -49,6 +49,8 @@ concept has_xyz_members = has_xy_members<P> && requires(const P& p) {
 template <class P>
 constexpr int fixed_size() {
   if constexpr (requires { P::SizeAtCompileTime; }) {
+    if constexpr (requires { P::IsVectorAtCompileTime; })
+      if (!P::IsVectorAtCompileTime) return -1;  // a matrix is no point
     return static_cast<int>(P::SizeAtCompileTime);
   } else if constexpr (std::is_bounded_array_v<P>) {
     return static_cast<int>(std::extent_v<P>);

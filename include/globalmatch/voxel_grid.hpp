@@ -34,11 +34,11 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (end = begin; end < order.size() && order[end].first == order[begin].first; ++end)
       sum += points[order[end].second].cast<double>();
-    const Eigen::Vector3f centroid = (sum / double(end - begin)).cast<float>();
+    const Eigen::Vector3d centroid = sum / double(end - begin);
     point_index nearest = 0;
-    float least = std::numeric_limits<float>::infinity();
+    double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = begin; k < end; ++k) {
-      const float squared_distance = (points[order[k].second] - centroid).squaredNorm();
+      const double squared_distance = (points[order[k].second].cast<double>() - centroid).squaredNorm();
       if (squared_distance < least) {
         least = squared_distance;
         nearest = order[k].second;
