@@ -1,6 +1,7 @@
 // Finds the tree stems in a scan.
 #include <globalmatch/stem_mapping.hpp>
 
+#include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
@@ -38,6 +39,7 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    support::require_writable({out, options.json});
     const auto scan = support::read_scan(scan_file);
     support::stage_clock clock;
     const stem_map map =

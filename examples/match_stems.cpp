@@ -1,6 +1,7 @@
 // Matches two stem maps by the relative positions of their stems.
 #include <globalmatch/stem_matching.hpp>
 
+#include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/reports.hpp"
 #include "support/stem_files.hpp"
@@ -26,6 +27,7 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    support::require_writable({out, options.json});
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     matching_options matching_options = options.for_matching();
     if (options.dof == 6 && !(source.has_heights && target.has_heights))

@@ -1,13 +1,17 @@
 // Registers the scans of a whole plot on one of them; each scan is mapped once.
 #include <globalmatch/registration.hpp>
 
+#include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
 
+#include <algorithm>
 #include <iostream>
+#include <optional>
 #include <set>
+#include <vector>
 
 using namespace globalmatch;
 
@@ -37,6 +41,12 @@ int main(int argc, char** argv) {
     if (error)
       throw support::file_error(out_dir, "the folder cannot be made", "Name one that can be written.");
 
+    const auto transform_of = [&](const std::filesystem::path& file) {
+      return out_dir / ("T_" + file.stem().string() + ".txt");
+    };
+    support::require_writable({options.json});
+    for (const auto& file : source_files) support::require_writable({transform_of(file)});
+
     const registration_options library_options = {options.for_mapping(), options.for_matching(),
                                                   options.for_icp()};
     support::stage_clock clock;
@@ -56,18 +66,16 @@ int main(int argc, char** argv) {
 
     const stem_map target = map_file(target_file);
     nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
-    bool all_registered = true;
+    std::vector<std::optional<Eigen::Isometry3d>> transforms;
     for (const auto& file : source_files) {
       const stem_map source = map_file(file);
       const registration result = timed([&] { return register_maps(source, target, library_options, how); });
-      support::write_or_remove_transform(out_dir / ("T_" + file.stem().string() + ".txt"),
-                                         result.target_from_source);
+      transforms.push_back(result.target_from_source);
       auto pair = support::describe(result.matching, result.target_from_source);
       pair["name"] = file.stem().string();
       pair["source"] = support::describe(source);
       pairs.push_back(std::move(pair));
       const bool registered = result.outcome == outcome::registered;
-      all_registered = all_registered && registered;
       (registered ? std::cout : std::cerr)
           << file.filename().string() << ": " << support::summary(result.matching) << '\n';
     }
@@ -75,6 +83,11 @@ int main(int argc, char** argv) {
                                        {"pairs", std::move(pairs)},
                                        {"seconds", seconds},
                                        {"stages", clock.stages()}});
+    // Last, so that an unreadable scan leaves all old results in place.
+    for (std::size_t i = 0; i < transforms.size(); ++i)
+      support::write_or_remove_transform(transform_of(source_files[i]), transforms[i]);
+    const bool all_registered = std::all_of(transforms.begin(), transforms.end(),
+                                            [](const auto& transform) { return transform.has_value(); });
     return all_registered ? support::done : support::no_registration;
   });
 }

@@ -1,6 +1,7 @@
 // Registers two scans of a forest plot: maps the stems of each, matches them, refines by ICP.
 #include <globalmatch/registration.hpp>
 
+#include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
@@ -43,6 +44,7 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    support::require_writable({out, merged, picture, options.json});
     const auto source = support::read_scan(source_file), target = support::read_scan(target_file);
     support::stage_clock clock;
     const auto [source_map, target_map, result] =

@@ -69,4 +69,9 @@ void atomic_file::commit() {
   written_.clear();
 }
 
+void require_writable(std::initializer_list<fs::path> paths) {
+  for (const fs::path& path : paths)
+    if (!path.empty()) atomic_file trial(path);
+}
+
 }  // namespace globalmatch::support

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <ostream>
 
 namespace globalmatch::support {
@@ -30,5 +31,9 @@ class atomic_file {
       written_;  ///< the temporary sibling; `path_` itself for devices; empty when committed
   std::ofstream stream_;
 };
+
+/// Throws `file_error` for the first of these files that could not be written; empty paths are skipped. To be
+/// asked before long work. Leaves nothing behind.
+void require_writable(std::initializer_list<std::filesystem::path> paths);
 
 }  // namespace globalmatch::support

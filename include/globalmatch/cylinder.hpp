@@ -31,7 +31,7 @@ struct cylinder_options {
   double largest_lean = 25;       ///< [degrees] between axis and up (ours)
   /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
   /// stems are fitted.
-  std::optional<double> distance_tolerance;
+  std::optional<double> distance_tolerance = {};
   int draws = 300;  ///< at most this many hypotheses (ours)
   std::uint64_t seed = 1;
 };

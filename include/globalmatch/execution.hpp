@@ -70,28 +70,28 @@ inline int thread_count(const execution& how) {
 template <class Work>
 void parallel_chunks(const execution& how, std::string_view stage, std::size_t count, std::size_t chunk,
                      const Work& work) {
+  require_valid(how);
   report_progress(how, stage, 0);
   const auto chunks = static_cast<std::ptrdiff_t>((count + chunk - 1) / chunk);
   std::vector<std::exception_ptr> errors(static_cast<std::size_t>(chunks));
-  std::atomic<bool> stop = false;
+  std::atomic<std::ptrdiff_t> first_failed = chunks;
   const auto run = [&](std::ptrdiff_t c, bool calling_thread) {
+    if (c > first_failed) return;  // earlier chunks still run: one of them may fail as well
     try {
       const std::size_t begin = static_cast<std::size_t>(c) * chunk;
       work(begin, std::min(count, begin + chunk));
       if (calling_thread) report_progress(how, stage, double(c + 1) / double(chunks));
     } catch (...) {
       errors[static_cast<std::size_t>(c)] = std::current_exception();
-      return false;
+      std::ptrdiff_t first = first_failed;
+      while (c < first && !first_failed.compare_exchange_weak(first, c)) continue;
     }
-    return true;
   };
 #ifdef _OPENMP
 #pragma omp parallel for schedule(dynamic, 1) num_threads(thread_count(how))
-  for (std::ptrdiff_t c = 0; c < chunks; ++c) {
-    if (!stop && !run(c, omp_get_thread_num() == 0)) stop = true;
-  }
+  for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, omp_get_thread_num() == 0);
 #else
-  for (std::ptrdiff_t c = 0; c < chunks && !stop; ++c) stop = !run(c, true);
+  for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, true);
 #endif
   for (const std::exception_ptr& error : errors)
     if (error) std::rethrow_exception(error);

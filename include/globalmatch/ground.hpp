@@ -24,7 +24,7 @@
 namespace globalmatch {
 
 struct ground_options {
-  cloth_options cloth;
+  cloth_options cloth = {};
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
   double ground_band = 0.5;      ///< [m] lowest points within this of the cloth are ground ([CSF] h_cp)
   double plane_radius = 1.0;     ///< [m] ground points this near in plan make a node's plane (ours)

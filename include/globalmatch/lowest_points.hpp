@@ -22,7 +22,7 @@ namespace globalmatch {
 /// What became of the points on their way into the terrain.
 struct ground_funnel {
   std::size_t points = 0;         ///< points of the scan
-  std::size_t not_finite = 0;     ///< of these skipped: NaN or infinite
+  std::size_t not_finite = 0;     ///< of these skipped: NaN, infinite, or further than any plot
   std::size_t cells = 0;          ///< raster cells that hold points
   std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
@@ -62,8 +62,9 @@ class tiled_minima {
   double tile_size() const { return tile_size_; }
   const std::map<key, tile>& tiles() const { return tiles_; }
 
+  static bool within_reach(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < beyond_any_plot; }
+
   void add(const Eigen::Vector3d& p) {
-    if (p.cwiseAbs().maxCoeff() > beyond_any_plot) return;
     const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
     if (last_ == nullptr || k != last_key_) {
       last_ = &tiles_.try_emplace(k, tile_cells * tile_cells).first->second;
@@ -129,16 +130,21 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   tiled_minima minima(resolution);
   funnel = {};
   bool anchored = false;
-  funnel.not_finite = for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
-    if (!anchored && p.cwiseAbs().maxCoeff() < tiled_minima::beyond_any_plot) {
+  const std::size_t not_finite = for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
+    if (i % (1u << 20) == 0) report_progress(how, "ground", 0);
+    ++funnel.points;
+    if (!anchored && tiled_minima::within_reach(p)) {
       raster.frame.origin = p;
       anchored = true;
     }
-    ++funnel.points;
-    minima.add(raster.frame.to_local(p));
-    if (i % (1u << 20) == 0) report_progress(how, "ground", 0);
+    const Eigen::Vector3d local = raster.frame.to_local(p);
+    if (anchored && tiled_minima::within_reach(local))
+      minima.add(local);
+    else
+      ++funnel.not_finite;
   });
-  funnel.points += funnel.not_finite;
+  funnel.points += not_finite;
+  funnel.not_finite += not_finite;
 
   const auto group = minima.main_group();
   if (group.empty()) return raster;

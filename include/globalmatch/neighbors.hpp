@@ -9,6 +9,7 @@
 #include <limits>
 #include <memory>
 #include <nanoflann.hpp>
+#include <utility>
 #include <vector>
 
 namespace globalmatch {
@@ -37,10 +38,14 @@ class neighbor_tree {
   template <class At>
   neighbor_tree(std::size_t count, const At& at) : data_(std::make_unique<dataset>()) {
     data_->points.resize(count);
-    for (std::size_t i = 0; i < count; ++i) {
-      const auto p = at(i);
-      for (int d = 0; d < Dimension; ++d) data_->points[i][std::size_t(d)] = static_cast<T>(p[d]);
+    // Constant subscripts suit std::array and Eigen alike, whose index types differ in sign.
+    [&]<std::size_t... d>(std::index_sequence<d...>) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto p = at(i);
+        data_->points[i] = {static_cast<T>(p[d])...};
+      }
     }
+    (std::make_index_sequence<std::size_t(Dimension)>());
     tree_ = std::make_unique<tree>(Dimension, *data_);
   }
 

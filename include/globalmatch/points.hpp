@@ -195,5 +195,7 @@ auto subset_points(const R& points, std::span<const point_index> indices) {
     return xyz(std::ranges::begin(points)[static_cast<std::ptrdiff_t>(indices[i])]);
   });
 }
+template <class R>
+void subset_points(const R&&, std::span<const point_index>) = delete;  // would refer to a temporary
 
 }  // namespace globalmatch

@@ -20,9 +20,9 @@
 namespace globalmatch {
 
 struct registration_options {
-  mapping_options mapping;
-  matching_options matching;
-  icp_options icp;
+  mapping_options mapping = {};
+  matching_options matching = {};
+  icp_options icp = {};
 };
 
 /// The values of the paper, for scans of some thirty million points, where the defaults come from the data at

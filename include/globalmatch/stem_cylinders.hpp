@@ -32,7 +32,7 @@ namespace globalmatch {
 
 /// [GM] gives no values: all are ours.
 struct stem_cylinder_options {
-  cylinder_options cylinder;
+  cylinder_options cylinder = {};
   double column_width = 0.30;  ///< [m] a stem is first looked for in a column of this width
   int least_points = 15;       ///< on the surface of a stem
   double least_height = 1.4;   ///< [m] that these points fill, in steps of 0.1 m: half the understory layer
@@ -242,10 +242,12 @@ inline double scatter_about(const cylinder& c, const understory_view& understory
   return 1.48 * *middle;
 }
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
 /// over them; the default where there are none.
 inline double tolerance_from_scatter(const understory_view& understory, const point_clusters& clusters,
-                                     stem_cylinder_options options) {
+                                     stem_cylinder_options options, const execution& how) {
   constexpr std::size_t largest = 30;          // clusters looked at
   constexpr double least = 0.01, most = 0.04;  // [m]
   constexpr double band = 2 * most;
@@ -255,18 +257,24 @@ inline double tolerance_from_scatter(const understory_view& understory, const po
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return clusters[a].size() > clusters[b].size(); });
   order.resize(std::min(order.size(), largest));
+  std::vector<std::vector<double>> of_cluster(order.size());
+  parallel_for(
+      how, "scatter", order.size(),
+      [&](std::size_t k) {
+        random_source random(options.cylinder.seed, order[k] + 1);
+        for (const stem_cylinder& stem : stems_of_cluster(understory, clusters[order[k]], options, random))
+          of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
+      },
+      1);
   std::vector<double> scatters;
-  for (const std::size_t c : order) {
-    random_source random(options.cylinder.seed, c + 1);
-    for (const stem_cylinder& stem : stems_of_cluster(understory, clusters[c], options, random))
-      scatters.push_back(scatter_about(stem.cylinder, understory, band));
-  }
+  for (const auto& some : of_cluster) scatters.insert(scatters.end(), some.begin(), some.end());
   if (scatters.empty()) return default_distance_tolerance;
   const auto middle = scatters.begin() + std::ptrdiff_t(scatters.size() / 2);
   std::nth_element(scatters.begin(), middle, scatters.end());
   return std::clamp(3 * *middle, least, most);
 }
 
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -285,7 +293,7 @@ inline stem_cylinders find_stem_cylinders(const local_points& understory,
       understory, surfaces,
       neighbor_tree<float, 2>(understory.size(), [&](std::size_t i) { return understory[i]; })};
   if (!options.cylinder.distance_tolerance)
-    options.cylinder.distance_tolerance = detail::tolerance_from_scatter(view, clusters, options);
+    options.cylinder.distance_tolerance = detail::tolerance_from_scatter(view, clusters, options, how);
   std::vector<std::vector<stem_cylinder>> of_cluster(clusters.size());
   parallel_for(
       how, "cylinders", clusters.size(),

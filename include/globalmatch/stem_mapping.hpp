@@ -25,14 +25,14 @@
 namespace globalmatch {
 
 struct mapping_options {
-  ground_options ground;
-  understory_options understory;
+  ground_options ground = {};
+  understory_options understory = {};
   double voxel_size = 0.01;  ///< [m] ([GM] 3.1: 0.01)
-  globalmatch::verticality_options verticality;
+  globalmatch::verticality_options verticality = {};
   /// [m] stem points nearer than this are of one cluster ([GM] gives no value). Empty: three times the
   /// spacing of points at hand, at least 0.05.
-  std::optional<double> link_distance;
-  stem_cylinder_options stems;
+  std::optional<double> link_distance = {};
+  stem_cylinder_options stems = {};
 };
 
 /// How many points and finds each step left.

@@ -26,7 +26,7 @@ struct verticality_options {
   double threshold = 0.9;  ///< gamma: stem points have a higher verticality ([GM] 3.1: 0.9)
   /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
   /// holds `least_neighbors`, else as much more as it takes to hold them, up to `largest_radius`.
-  std::optional<double> radius;
+  std::optional<double> radius = {};
   int least_neighbors = 10;      ///< for a radius from the data (ours)
   double largest_radius = 0.25;  ///< [m] for a radius from the data (ours)
 };

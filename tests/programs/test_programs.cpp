@@ -1,0 +1,188 @@
+// The contract of the example programs: exit statuses, files written, files left alone.
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <cstdlib>
+#include <filesystem>
+#include <sstream>
+#include <string>
+
+#include "catch.hpp"
+#include "support/simulator.hpp"
+#include "support/stem_files.hpp"
+#include "support/temporary_directory.hpp"
+#include "support/transform_files.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+struct run {
+  int status;
+  std::string complaint;  ///< what it said on standard error
+};
+
+run call(const temporary_directory& directory, const std::string& program, const std::string& arguments) {
+  const std::string log = (directory / "stderr.log").string();
+  const std::string command = "cd \"" + directory.path().string() + "\" && \"" GLOBALMATCH_PROGRAMS "/" +
+                              program + "\" " + arguments + " > stdout.log 2> \"" + log + "\"";
+  const int raw = std::system(command.c_str());
+#ifdef WEXITSTATUS
+  const int status = WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
+#else
+  const int status = raw;
+#endif
+  return {status, bytes_of(log)};
+}
+
+/// Twelve stems without symmetry, and the same seen from a scanner 3 m further and turned.
+std::string stem_csv(double yaw, double shift) {
+  std::ostringstream csv;
+  csv << "x,y,z\n";
+  const double at[12][3] = {{0, 0, 0},     {3.1, 0.4, .2}, {6.7, 1, .1},    {1.2, 4.4, 0},
+                            {5.3, 5.9, 1}, {9.1, 3.3, .7}, {2.2, 8.8, .3},  {7.7, 9.4, .2},
+                            {12, 7.1, 1},  {4.6, 12.3, 1}, {10.9, 12, 1.2}, {13.5, 1.9, 2}};
+  for (const auto& p : at) {
+    const Eigen::Vector2d q =
+        Eigen::Rotation2Dd(yaw) * Eigen::Vector2d(p[0], p[1]) + Eigen::Vector2d(shift, 0);
+    csv << q.x() << ',' << q.y() << ',' << p[2] << '\n';
+  }
+  return csv.str();
+}
+
+}  // namespace
+
+using Catch::Matchers::Contains;
+
+TEST_CASE("match_stems writes the matrix from source to target and ends in status 0") {
+  const temporary_directory directory;
+  directory.file("source.csv", stem_csv(0, 0));
+  directory.file("target.csv", stem_csv(0.7, 3));
+  REQUIRE(call(directory, "match_stems", "source.csv target.csv --out T.txt --json r.json").status == 0);
+  const Eigen::Isometry3d t = read_transform(directory / "T.txt");
+  CHECK((t.translation() - Eigen::Vector3d(3, 0, 0)).norm() < 1e-4);
+  CHECK(Eigen::Rotation2Dd(t.linear().topLeftCorner<2, 2>()).angle() == Approx(0.7).margin(1e-5));
+  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(report["outcome"] == "registered");
+  CHECK(report["matches"] == 12);
+  CHECK(report["target_from_source"].size() == 16);
+}
+
+TEST_CASE("match_stems without an answer ends in status 1, removes an old matrix, and tells the reason") {
+  const temporary_directory directory;
+  directory.file("source.csv", stem_csv(0, 0));
+  directory.file("target.csv", "x,y,z\n0,0,0\n1,5,0\n");
+  for (const bool old : {false, true}) {
+    if (old) directory.file("T.txt", "of an earlier run");
+    const run result = call(directory, "match_stems", "source.csv target.csv --out T.txt --json r.json");
+    CHECK(result.status == 1);
+    CHECK_THAT(result.complaint, Contains("target: 2 stems"));
+    CHECK_FALSE(std::filesystem::exists(directory / "T.txt"));
+    CHECK(nlohmann::json::parse(bytes_of(directory / "r.json"))["outcome"] == "not_registered");
+  }
+}
+
+TEST_CASE("a stem map without stems is an input like others: status 1") {
+  const temporary_directory directory;
+  directory.file("source.csv", "x,y,z\n");
+  directory.file("target.csv", stem_csv(0, 0));
+  CHECK(call(directory, "match_stems", "source.csv target.csv --out T.txt").status == 1);
+}
+
+TEST_CASE("wrong usage ends in status 2") {
+  const temporary_directory directory;
+  directory.file("a.csv", stem_csv(0, 0));
+  for (const char* arguments :
+       {"", "a.csv", "a.csv a.csv", "a.csv a.csv --out", "a.csv a.csv --out T.txt --dof 5",
+        "a.csv a.csv --out T.txt --tolerance -1", "a.csv a.csv --out T.txt --what"}) {
+    CAPTURE(arguments);
+    const run result = call(directory, "match_stems", arguments);
+    CHECK(result.status == 2);
+    CHECK_FALSE(result.complaint.empty());
+    CHECK_FALSE(std::filesystem::exists(directory / "T.txt"));
+  }
+}
+
+TEST_CASE("unreadable input ends in status 2, names the file and leaves old results alone") {
+  const temporary_directory directory;
+  directory.file("good.csv", stem_csv(0, 0));
+  directory.file("bad.csv", "a,b\n1,2\n");
+  directory.file("scan.ply", "ply\nformat ascii 1.0\nelement vertex 3\n");
+  directory.file("T.txt", "old");
+  directory.file("T_bad.txt", "old");
+  const std::pair<const char*, const char*> calls[] = {
+      {"match_stems", "good.csv bad.csv --out T.txt"},
+      {"match_stems", "bad.csv good.csv --out T.txt"},
+      {"match_stems", "good.csv absent.csv --out T.txt"},
+      {"map_stems", "absent.ply --out T.txt"},
+      {"register_scans", "scan.ply scan.ply --out T.txt"},
+      {"register_plot", "scan.ply bad.csv --out-dir ."},
+      {"evaluate_registration", "T.txt --truth T.txt --scan scan.ply"},
+  };
+  for (const auto& [program, arguments] : calls) {
+    CAPTURE(program, arguments);
+    const run result = call(directory, program, arguments);
+    CHECK(result.status == 2);
+    CHECK_THAT(result.complaint,
+               Contains("bad.csv") || Contains("absent") || Contains("scan.ply") || Contains("T.txt"));
+    CHECK(bytes_of(directory / "T.txt") == "old");
+    CHECK(bytes_of(directory / "T_bad.txt") == "old");
+  }
+}
+
+TEST_CASE("an output that cannot be written ends in status 2 before anything else is replaced") {
+  const temporary_directory directory;
+  directory.file("a.csv", stem_csv(0, 0));
+  directory.file("b.csv", stem_csv(0.7, 3));
+  directory.file("T.txt", "old");
+  directory.file("r.json", "old");
+  for (const char* arguments :
+       {"a.csv b.csv --out T.txt --json absent/r.json", "a.csv b.csv --out absent/T.txt --json r.json",
+        "a.csv b.csv --out . --json r.json"}) {
+    CAPTURE(arguments);
+    const run result = call(directory, "match_stems", arguments);
+    CHECK(result.status == 2);
+    CHECK_THAT(result.complaint, Contains("absent") || Contains("directory"));
+    CHECK(bytes_of(directory / "T.txt") == "old");
+    CHECK(bytes_of(directory / "r.json") == "old");
+  }
+  CHECK(directory.count_files() == 6);  // with the two logs: nothing half-written
+}
+
+TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and register_plot") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.3 --seed 5").status == 0);
+  for (const char* name : {"scan_1.ply", "scan_2.ply", "pose_1.txt", "pose_2.txt", "stems.csv"})
+    CHECK(std::filesystem::exists(directory / name));
+  const Eigen::Isometry3d truth =
+      read_transform(directory / "pose_1.txt").inverse() * read_transform(directory / "pose_2.txt");
+  const auto error = [&](const char* file) {
+    const Eigen::Isometry3d t = read_transform(directory / file);
+    return (t.translation() - truth.translation()).norm();
+  };
+
+  REQUIRE(call(directory, "map_stems", "scan_1.ply --out 1.csv --json m.json").status == 0);
+  REQUIRE(call(directory, "map_stems", "scan_2.ply --out 2.csv").status == 0);
+  const auto map = nlohmann::json::parse(bytes_of(directory / "m.json"));
+  CHECK(map["stems"] == read_stems(directory / "1.csv").stems.size());
+  CHECK(map["points"].is_number_integer());
+  REQUIRE(call(directory, "match_stems", "2.csv 1.csv --out T.txt").status == 0);
+  CHECK(error("T.txt") < 0.1);
+
+  REQUIRE(call(directory, "register_scans",
+               "scan_2.ply scan_1.ply --out T.txt --json r.json --write merged.ply --report plan.svg")
+              .status == 0);
+  CHECK(error("T.txt") < 0.1);
+  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(report["target"]["stems"] == map["stems"]);
+  CHECK(std::filesystem::file_size(directory / "merged.ply") > 0);
+  CHECK_THAT(bytes_of(directory / "plan.svg"), Contains("</svg>"));
+  CHECK(call(directory, "evaluate_registration",
+             "T.txt --source-pose pose_2.txt --target-pose pose_1.txt --scan scan_2.ply")
+            .status == 0);
+
+  REQUIRE(call(directory, "register_plot", "scan_1.ply scan_2.ply --out-dir all").status == 0);
+  CHECK(bytes_of(directory / "all/T_scan_2.txt") == bytes_of(directory / "T.txt"));
+}
+
+}  // namespace globalmatch::support
