@@ -250,8 +250,8 @@ TEST_CASE("every stage of the mapping reports, and each can cancel it") {
     return true;
   }};
   map_stems(truth.scan, {}, Vector3d::UnitZ(), watch);
-  CHECK(stages ==
-        std::vector<std::string>{"ground", "understory", "voxels", "verticality", "clusters", "cylinders"});
+  CHECK(stages == std::vector<std::string>{"ground", "understory", "voxels", "verticality", "clusters",
+                                           "scatter", "cylinders"});
   for (const std::string& stage : stages) {
     CAPTURE(stage);
     const execution cancel{.threads = 1, .on_progress = [&](const progress& p) { return p.stage != stage; }};
