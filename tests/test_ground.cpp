@@ -268,6 +268,7 @@ TEST_CASE("bad ground options are refused by name") {
     CHECK(message([&](auto& o) { o.cloth.time_step = bad; }).starts_with("ground.cloth.time_step"));
     CHECK(message([&](auto& o) { o.cloth.gravity = bad; }).find("ground.cloth.gravity") != std::string::npos);
     CHECK(message([&](auto& o) { o.low_point_depth = bad; }).starts_with("ground.low_point_depth"));
+    CHECK(message([&](auto& o) { o.steepest_slope = bad; }).starts_with("ground.steepest_slope"));
     CHECK(message([&](auto& o) { o.ground_band = bad; }).starts_with("ground.ground_band"));
     CHECK(message([&](auto& o) { o.plane_radius = bad; }).starts_with("ground.plane_radius"));
     CHECK(message([&](auto& o) { o.hole_radius = bad; }).starts_with("ground.hole_radius"));

@@ -246,4 +246,46 @@ TEST_CASE("gathering lowest points refuses an up without direction") {
         }).starts_with("up must be"));
 }
 
+TEST_CASE("unreachable points are those above what the slope reaches from any other, by brute force") {
+  constexpr double slope = 1, step = 0.5;
+  constexpr int columns = 17, rows = 11;
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    random_source random(seed);
+    std::vector<float> heights;
+    for (int i = 0; i < columns * rows; ++i)
+      heights.push_back(random.uniform() < 0.4 ? float(nan) : float(3 * random.uniform()));
+    lowest_raster raster = raster_of(columns, rows, heights);
+    std::vector<bool> expected;
+    for (int i = 0; i < columns * rows; ++i) {
+      bool unreachable = false;
+      for (int j = 0; j < columns * rows; ++j) {
+        // in steps along rows, columns and diagonals
+        const int dc = std::abs(i % columns - j % columns), dr = std::abs(i / columns - j / columns);
+        const double way = resolution * (std::max(dc, dr) + (std::sqrt(2) - 1) * std::min(dc, dr));
+        const auto at = [&](int k) { return double(heights[std::size_t(k)]); };
+        unreachable = unreachable || at(i) > at(j) + slope * way + step + 1e-5;
+      }
+      expected.push_back(unreachable);
+    }
+    const std::size_t removed = remove_unreachable(raster, slope, step);
+    CHECK(removed > 0);
+    CHECK(removed == std::size_t(std::count(expected.begin(), expected.end(), true)));
+    for (std::size_t i = 0; i < heights.size(); ++i)
+      CHECK(std::isnan(raster.points[i].z()) == (expected[i] || std::isnan(heights[i])));
+  }
+}
+
+TEST_CASE("a slope of 40 degrees and a step of 0.4 m are reachable ground, a stem behind a shrub is not") {
+  constexpr int columns = 40, rows = 8;
+  std::vector<float> heights;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c)
+      heights.push_back(float(std::tan(0.7) * resolution * c + (c > 20 ? 0.4 : 0)));
+  lowest_raster raster = raster_of(columns, rows, heights);
+  CHECK(remove_unreachable(raster, 1, 0.5) == 0);
+  raster.points[raster.cell(30, 4)].z() += 1.5f;
+  CHECK(remove_unreachable(raster, 1, 0.5) == 1);
+  CHECK_FALSE(raster.holds(30, 4));
+}
+
 }  // namespace globalmatch

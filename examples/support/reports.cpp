@@ -60,6 +60,7 @@ json describe(const stem_map& map) {
             {"ground_cells", f.ground.cells},
             {"cells_apart", f.ground.cells_apart},
             {"low_outliers", f.ground.low_outliers},
+            {"unreachable", f.ground.unreachable},
             {"ground_points", f.ground.ground_points},
             {"understory", f.understory},
             {"thinned", f.thinned},

@@ -26,6 +26,7 @@ namespace globalmatch {
 struct ground_options {
   cloth_options cloth = {};
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
+  double steepest_slope = 1.0;   ///< [m/m] what stands out more steeply is no ground (ours)
   double ground_band = 0.5;      ///< [m] lowest points within this of the cloth are ground ([CSF] h_cp)
   double plane_radius = 1.0;     ///< [m] ground points this near in plan make a node's plane (ours)
   double hole_radius = 1.5;      ///< [m] further than this from all ground points there is no data (ours)
@@ -52,6 +53,7 @@ inline void require_valid(const ground_options& options) {
       "ground.cloth.at_rest must be positive and less than the first fall, gravity * time_step^2");
   require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
   require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
+  require(options.steepest_slope > 0, "ground.steepest_slope must be positive");
   require(options.ground_band > 0, "ground.ground_band must be positive");
   require(options.plane_radius > 0, "ground.plane_radius must be positive");
   require(options.hole_radius > 0, "ground.hole_radius must be positive");
@@ -189,6 +191,7 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
   lowest_raster lowest = gather_lowest_points(scan, resolution, up, model.funnel, how);
   if (lowest.points.empty()) return model;
   model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth);
+  model.funnel.unreachable = remove_unreachable(lowest, options.steepest_slope, options.ground_band);
 
   const int columns = lowest.columns / detail::lowest_per_cloth_cell;
   const int rows = lowest.rows / detail::lowest_per_cloth_cell;

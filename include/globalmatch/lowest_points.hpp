@@ -26,6 +26,7 @@ struct ground_funnel {
   std::size_t cells = 0;          ///< raster cells that hold points
   std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
+  std::size_t unreachable = 0;    ///< of these left out: no ground is so steep
   std::size_t ground_points = 0;  ///< cell minima near the cloth
 };
 
@@ -206,6 +207,40 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
     }
   for (const std::size_t i : outliers) raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
   return outliers.size();
+}
+
+/// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
+/// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
+/// shrubs the lowest points are on stems and crowns. Returns how many. Cost: linear in the cells.
+inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step) {
+  const float straight = float(slope * raster.resolution), diagonal = float(std::sqrt(2.0)) * straight;
+  std::vector<float> reach;  // highest that the ground can be at each cell
+  reach.reserve(raster.points.size());
+  for (const Eigen::Vector3f& p : raster.points)
+    reach.push_back(std::isnan(p.z()) ? std::numeric_limits<float>::infinity() : p.z());
+  const auto relax = [&](int c, int r, int forward) {
+    float& here = reach[raster.cell(c, r)];
+    const auto from = [&](int dc, int dr, float rise) {
+      const int column = c + dc, row = r + dr;
+      if (column >= 0 && row >= 0 && column < raster.columns && row < raster.rows)
+        here = std::min(here, reach[raster.cell(column, row)] + rise);
+    };
+    from(-forward, 0, straight);
+    from(0, -forward, straight);
+    from(-forward, -forward, diagonal);
+    from(forward, -forward, diagonal);
+  };
+  for (int r = 0; r < raster.rows; ++r)
+    for (int c = 0; c < raster.columns; ++c) relax(c, r, 1);
+  for (int r = raster.rows - 1; r >= 0; --r)
+    for (int c = raster.columns - 1; c >= 0; --c) relax(c, r, -1);
+  std::size_t removed = 0;
+  for (std::size_t i = 0; i < raster.points.size(); ++i)
+    if (raster.points[i].z() > reach[i] + float(step)) {
+      raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
+      ++removed;
+    }
+  return removed;
 }
 
 }  // namespace globalmatch
