@@ -42,6 +42,21 @@ if(GLOBALMATCH_BUILD_EXAMPLES OR GLOBALMATCH_BUILD_TESTS OR GLOBALMATCH_BUILD_BE
                       https://github.com/nlohmann/json.git v3.11.2 single_include)
 endif()
 
+# Embree casts the simulator's rays. It is too large to be fetched: without it, the simulator is left out.
+set(GLOBALMATCH_HAS_EMBREE OFF)
+if(GLOBALMATCH_BUILD_EXAMPLES OR GLOBALMATCH_BUILD_TESTS OR GLOBALMATCH_BUILD_BENCHMARKS)
+  find_package(embree QUIET CONFIG)
+  if(embree_FOUND AND EMBREE_VERSION VERSION_GREATER_EQUAL 3.8)
+    set(GLOBALMATCH_HAS_EMBREE ON)
+    add_library(globalmatch_embree INTERFACE IMPORTED)
+    target_include_directories(globalmatch_embree INTERFACE ${EMBREE_INCLUDE_DIRS})
+    target_link_libraries(globalmatch_embree INTERFACE ${EMBREE_LIBRARIES})
+  else()
+    message(STATUS "globalmatch: Embree 3 or 4 is not installed (Debian: libembree-dev); "
+                   "simulate_plot and the tests of the simulator are left out")
+  endif()
+endif()
+
 if(GLOBALMATCH_BUILD_TESTS)
   globalmatch_require(Catch2 Catch2::Catch2 "" https://github.com/catchorg/Catch2.git v2.13.10 single_include)
   FetchContent_GetProperties(Catch2)

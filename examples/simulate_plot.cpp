@@ -3,38 +3,67 @@
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
-#include "support/simulator.hpp"
+#include "support/simulator/scenes.hpp"
+#include "support/simulator/simulation.hpp"
 #include "support/stem_files.hpp"
 #include "support/transform_files.hpp"
 
 #include <algorithm>
 #include <iostream>
+#include <map>
 #include <system_error>
 
 using namespace globalmatch;
 
 namespace {
 
-struct simulation_options {
-  support::plot_options plot;
-  support::station_options stations;
-  support::scanner_options scanner;
-};
-
-void add_to(CLI::App& app, simulation_options& o) {
+/// Options are read in this order, so a scene comes first and whatever else is given overrides it.
+void add_to(CLI::App& app, support::simulation_options& o) {
   const auto add = [&](const char* name, auto& field, const char* meaning) {
-    app.add_option(name, field, meaning)->capture_default_str();
+    return app.add_option(name, field, meaning)->capture_default_str();
   };
+  std::vector<std::string> scenes;
+  for (const support::named_scene& scene : support::frozen_scenes()) scenes.push_back(scene.name);
+  app.add_option_function<std::string>(
+         "--scene", [&o](const std::string& name) { o = support::find_scene(name).options; },
+         "one of the frozen scenes; further options override it")
+      ->check(CLI::IsMember(scenes));
+  app.add_flag_callback(
+      "--list-scenes",
+      [] {
+        std::cout << support::scene_table();
+        throw CLI::Success();
+      },
+      "print the frozen scenes and exit");
   add("--width", o.plot.width, "of the plot along x [m]");
   add("--depth", o.plot.depth, "of the plot along y [m]");
-  add("--density", o.plot.stems_per_hectare, "stems per hectare");
-  add("--shrubs", o.plot.shrubs_per_hectare, "shrubs per hectare");
-  add("--slope", o.plot.slope, "of the ground [deg]");
+  add("--margin", o.plot.margin, "of the same forest around the plot [m]");
+  const std::map<std::string, support::arrangement> arrangements = {
+      {"random", support::arrangement::random},
+      {"clumped", support::arrangement::clumped},
+      {"rows", support::arrangement::rows}};
+  app.add_option("--layout", o.plot.layout.arrangement, "of the stems: random, clumped or rows")
+      ->transform(CLI::CheckedTransformer(arrangements));
+  add("--density", o.plot.layout.stems_per_hectare, "stems per hectare, but for rows");
+  add("--row-spacing", o.plot.layout.row_spacing, "between rows [m]");
+  add("--tree-spacing", o.plot.layout.tree_spacing, "along rows [m]");
+  add("--missing", o.plot.layout.missing, "share of the places in rows that are empty");
+  add("--height", o.plot.trees.height, "of a tree of 20 cm [m]");
+  add("--lean", o.plot.trees.lean, "median lean of stems [deg]");
+  add("--shrubs", o.plot.undergrowth.shrubs_per_hectare, "shrubs per hectare");
+  add("--grass", o.plot.undergrowth.blades_per_square_metre, "blades of grass per square metre");
+  add("--slope", o.plot.ground.slope, "of the ground [deg]");
+  add("--relief", o.plot.ground.relief, "of the ground's long waves [m]");
+  add("--harvest", o.plot.harvest, "share of the stems felled between scans");
+  add("--harvested-from", o.harvested_from, "number of the first station after the harvest");
   add("--stations", o.stations.count, "number of scans");
   add("--station-distance", o.stations.distance, "of all other stations from the first [m]");
+  add("--tilt", o.stations.tilt, "of scanners from the vertical [deg]");
+  app.add_flag("--mobile", o.mobile, "carry the scanner through the plot; each station is another way");
   add("--angular-step", o.scanner.angular_step, "between rays [deg]");
   add("--noise", o.scanner.range_noise, "standard deviation of ranges [m]");
-  add("--seed", o.plot.seed, "of all that is random");
+  add("--max-range", o.scanner.max_range, "of the scanner [m]");
+  add("--seed", o.seed, "of all that is random");
 }
 
 void make_folder(const std::filesystem::path& path) {
@@ -49,13 +78,17 @@ void make_folder(const std::filesystem::path& path) {
 void write_true_stems(const std::filesystem::path& path, const support::plot& plot,
                       const std::vector<std::vector<std::uint32_t>>& returns_by_scan) {
   std::vector<support::stem_record> records;
-  std::vector<support::stem_column> columns = {{"dbh", {}}};
-  for (const support::simulated_stem& s : plot.stems) {
-    records.push_back({s.position.x(), s.position.y(), s.position.z(), s.radius});
-    columns[0].values.push_back(2 * s.radius);
+  support::stem_column dbh = {"dbh", {}}, inside = {"inside", {}}, harvested = {"harvested", {}};
+  for (const support::stem& s : plot.stems) {
+    records.push_back({s.position.x(), s.position.y(), s.position.z(), 0.5 * s.dbh});
+    dbh.values.push_back(s.dbh);
+    inside.values.push_back(s.inside);
+    harvested.values.push_back(s.harvested);
   }
-  for (const auto& returns : returns_by_scan)
-    columns.push_back({"returns_" + std::to_string(columns.size()), {returns.begin(), returns.end()}});
+  std::vector<support::stem_column> columns = {dbh, inside, harvested};
+  for (std::size_t i = 0; i < returns_by_scan.size(); ++i)
+    columns.push_back(
+        {"returns_" + std::to_string(i + 1), {returns_by_scan[i].begin(), returns_by_scan[i].end()}});
   support::write_stems(path, records, columns);
 }
 
@@ -67,28 +100,27 @@ int main(int argc, char** argv) {
       "stems.csv.",
       "simulate_plot");
   std::filesystem::path out_dir;
-  simulation_options options;
+  support::simulation_options options;
   support::shared_options shared;
   app.add_option("OUTDIR", out_dir, "folder for the files; made when it is missing")->required();
   add_to(app, options);
   shared.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
-    options.stations.seed = options.scanner.seed = options.plot.seed;
     support::stage_clock clock;
     const execution how = clock.listen(shared.threads);
-    const support::plot plot = support::grow_plot(options.plot);
-    const std::vector<support::station> stations = support::place_stations(plot, options.stations);
+    support::simulation simulation(options);
     report_progress(how, "plot", 1);
 
     make_folder(out_dir);
     nlohmann::ordered_json scans = nlohmann::ordered_json::array();
     std::vector<std::vector<std::uint32_t>> returns_by_scan;
-    for (const support::station& station : stations) {
-      const support::simulated_scan scan = support::scan_plot(plot, station, options.scanner, how);
-      const std::string number = std::to_string(station.number);
+    for (std::size_t i = 0; i < simulation.stations().size(); ++i) {
+      const support::simulated_scan scan = simulation.scan(i, how);
+      const std::string number = std::to_string(i + 1);
       support::write_ply(out_dir / ("scan_" + number + ".ply"), scan.points);
-      support::write_transform(out_dir / ("pose_" + number + ".txt"), station.plot_from_scan);
+      support::write_transform(out_dir / ("pose_" + number + ".txt"),
+                               simulation.stations()[i].plot_from_scan);
       report_progress(how, "write", 1);
 
       returns_by_scan.push_back(scan.returns_per_stem);
@@ -96,11 +128,11 @@ int main(int argc, char** argv) {
                                            [](std::uint32_t returns) { return returns >= 400; });
       scans.push_back({{"rays", scan.rays}, {"points", scan.points.size()}, {"stems_well_seen", well_seen}});
       std::cout << "scan_" << number << ".ply: " << scan.points.size() << " points of " << scan.rays
-                << " rays, " << well_seen << " of " << plot.stems.size()
+                << " rays, " << well_seen << " of " << scan.returns_per_stem.size()
                 << " stems with 400 returns or more\n";
     }
-    write_true_stems(out_dir / "stems.csv", plot, returns_by_scan);
-    support::write_json(shared.json, {{"stems", plot.stems.size()},
+    write_true_stems(out_dir / "stems.csv", simulation.plot(), returns_by_scan);
+    support::write_json(shared.json, {{"stems", simulation.plot().stems.size()},
                                       {"scans", scans},
                                       {"seconds", clock.seconds()},
                                       {"stages", clock.stages()}});

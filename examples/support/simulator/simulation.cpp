@@ -1,0 +1,51 @@
+#include "support/simulator/simulation.hpp"
+
+#include "support/simulator/detail.hpp"
+
+namespace globalmatch::support {
+namespace {
+
+simulation_options with_one_seed(simulation_options options) {
+  options.plot.seed = options.stations.seed = options.scanner.seed = options.seed;
+  return options;
+}
+
+}  // namespace
+
+simulation::simulation(const simulation_options& options)
+    : options_(with_one_seed(options)),
+      plot_(grow_plot(options_.plot)),
+      stations_(place_stations(plot_, options_.stations)) {
+  if (!options_.mobile) return;
+  for (station& s : stations_) {
+    ways_.push_back(walk_path(plot_, options_.stations, s.number, options_.way.step));
+    simulator_detail::require(!ways_.back().empty(),
+                              "station_options.clearance is more than this plot leaves around a way");
+    s.plot_from_scan.translation() = ways_.back().front();
+  }
+}
+
+simulated_scan simulation::scan(std::size_t i, const execution& how) {
+  const station& from = stations_.at(i);
+  const ray_caster& caster = caster_for(from, how);
+  if (!options_.mobile) return scan_from(from, plot_, caster, options_.scanner, how);
+  return scan_along(ways_[i], from, plot_, caster, options_.scanner, options_.way, how);
+}
+
+const ray_caster& simulation::caster_for(const station& from, const execution& how) {
+  const bool harvested = options_.plot.harvest > 0 && from.number >= options_.harvested_from;
+  if (!caster_ || harvested != caster_is_harvested_) {
+    caster_.reset();  // before the next one, for the sake of memory
+    caster_ = std::make_unique<ray_caster>(surfaces_of(plot_, clearings(), harvested), how);
+    caster_is_harvested_ = harvested;
+  }
+  return *caster_;
+}
+
+std::vector<Eigen::Vector2d> simulation::clearings() const {
+  std::vector<Eigen::Vector2d> places;
+  for (const station& s : stations_) places.push_back(s.plot_from_scan.translation().head<2>());
+  return places;
+}
+
+}  // namespace globalmatch::support
