@@ -28,8 +28,13 @@ simulation_options plot_a_like() {
   simulation_options o = five_stations(55, 55, 12);
   o.plot.margin = 0;  // that plot has none
   o.plot.layout.stems_per_hectare = 700;
-  o.plot.ground.relief = 3;
-  o.plot.undergrowth.shrubs_per_hectare = 300;
+  o.plot.ground.relief = 2.8;
+  o.plot.ground.wavelength = 45;
+  o.plot.trees.pairs = o.plot.trees.multi_stem = o.plot.trees.forked = 0;
+  o.plot.trees.lean = 1.2;
+  o.plot.trees.sweep = 0.05;
+  o.plot.undergrowth.shrubs_per_hectare = 500;
+  o.plot.undergrowth.shrub_max_height = 1.8;
   return o;
 }
 

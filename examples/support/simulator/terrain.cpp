@@ -35,6 +35,7 @@ void add_waves(std::vector<wave>& all, int count, double shortest, double longes
 void require_valid(const ground_options& o) {
   require(o.slope >= 0 && o.slope <= 45, "ground_options.slope must be in [0, 45] degrees");
   require(o.relief >= 0 && o.relief <= 10, "ground_options.relief must be in [0, 10] m");
+  require(o.wavelength >= 5 && o.wavelength <= 1000, "ground_options.wavelength must be in [5, 1000] m");
   require(o.hump_height >= 0 && o.hump_height <= 2, "ground_options.hump_height must be in [0, 2] m");
   require(o.roughness >= 0 && o.roughness <= 0.2, "ground_options.roughness must be in [0, 0.2] m");
 }
@@ -85,7 +86,7 @@ terrain make_terrain(const ground_options& options, const Vector2d& half_size, s
   random_source random = random_for(seed, stream::ground);
   const Vector2d gradient = std::tan(radians(options.slope)) * random_direction(random);
   std::vector<wave> waves;
-  add_waves(waves, 6, 6, 30, options.relief, random);
+  add_waves(waves, 6, 0.5 * options.wavelength, 1.5 * options.wavelength, options.relief, random);
   add_waves(waves, 8, 1.5, 4, options.hump_height, random);
   return terrain(half_size, [&](const Vector2d& place) {
     double height = gradient.dot(place) + options.roughness * random.normal();

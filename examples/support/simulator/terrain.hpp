@@ -14,7 +14,8 @@ namespace globalmatch::support {
 
 struct ground_options {
   double slope = 0;          ///< [deg] of the plane under all else, in a random direction
-  double relief = 0.5;       ///< [m] sum of the amplitudes of long waves, 6 m to 30 m
+  double relief = 0.5;       ///< [m] sum of the amplitudes of long waves ...
+  double wavelength = 20;    ///< [m] ... from half of this length to half as much again
   double hump_height = 0.2;  ///< [m] sum of the amplitudes of short waves, 1.5 m to 4 m
   double roughness = 0.015;  ///< [m] standard deviation from node to node of the grid
 };
