@@ -81,6 +81,7 @@ simulation_options plot_3() {
   o.plot.layout.row_spacing = 5;
   o.plot.layout.tree_spacing = 4.5;
   o.plot.layout.missing = 0.03;
+  o.scanner.angular_step = 0.08;  // few trees, and thin ones
   o.plot.trees.dbh_scale = 0.07;
   o.plot.trees.crown_base = 0.3;
   return o;
@@ -89,7 +90,7 @@ simulation_options plot_3() {
 simulation_options plot_4() {
   simulation_options o = planted_rows(65, 55, 15, 10);
   o.plot.layout.row_spacing = o.plot.layout.tree_spacing = 3;
-  o.plot.layout.missing = 0.116;
+  o.plot.layout.missing = 0.16;
   o.plot.trees.dbh_scale = 0.1;
   o.plot.trees.crown_base = 0.3;
   return o;
