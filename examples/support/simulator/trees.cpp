@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 namespace globalmatch::support {
@@ -170,7 +171,7 @@ stem random_stem(const tree_options& o, const Vector3d& position, random_source&
   s.position = position;
   s.dbh = std::min(o.dbh_max, o.dbh_min + weibull(o.dbh_scale, o.dbh_shape, random));
   s.height = std::max(3.0, o.height * std::pow(s.dbh / 0.2, 0.4) * between(0.9, 1.1, random));
-  const double lean = std::min(3 * o.lean, o.lean * std::abs(random.normal()) / 0.674);  // 0.674: its median
+  const double lean = std::min(2 * o.lean, weibull(o.lean / std::sqrt(std::numbers::ln2), 2, random));
   s.lean = std::tan(radians(lean)) * random_direction(random);
   s.sweep = o.sweep * random.normal() * random_direction(random);
   const bool forks = random.uniform() < o.forked;
