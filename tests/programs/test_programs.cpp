@@ -8,7 +8,6 @@
 #include <string>
 
 #include "catch.hpp"
-#include "support/simulator.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
@@ -149,6 +148,7 @@ TEST_CASE("an output that cannot be written ends in status 2 before anything els
   CHECK(directory.count_files() == 6);  // with the two logs: nothing half-written
 }
 
+#ifdef GLOBALMATCH_HAS_SIMULATOR
 TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and register_plot") {
   const temporary_directory directory;
   REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.3 --seed 5").status == 0);
@@ -184,5 +184,28 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
   REQUIRE(call(directory, "register_plot", "scan_1.ply scan_2.ply --out-dir all").status == 0);
   CHECK(bytes_of(directory / "all/T_scan_2.txt") == bytes_of(directory / "T.txt"));
 }
+
+TEST_CASE("simulate_plot takes a scene by name, with further options before or after it overriding it") {
+  const temporary_directory directory;
+  const std::string coarse = " --angular-step 2 --stations 1";
+  REQUIRE(call(directory, "simulate_plot", "rows --scene plot_4" + coarse).status == 0);
+  REQUIRE(call(directory, "simulate_plot", "wide" + coarse + " --tree-spacing 6 --scene plot_4").status == 0);
+  const std::size_t stems = read_stems(directory / "rows/stems.csv").stems.size();
+  const std::size_t stems_in_wide_rows = read_stems(directory / "wide/stems.csv").stems.size();
+  CHECK(stems > 500);
+  CHECK(double(stems_in_wide_rows) > 0.4 * double(stems));
+  CHECK(double(stems_in_wide_rows) < 0.6 * double(stems));
+  CHECK(!std::filesystem::exists(directory / "rows/scan_2.ply"));
+
+  CHECK(call(directory, "simulate_plot", "--list-scenes").status == 0);
+  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("plot_4"));
+  const run unknown = call(directory, "simulate_plot", ". --scene nowhere");
+  CHECK(unknown.status == 2);
+  CHECK_THAT(unknown.complaint, Contains("nowhere") && Contains("plot_4"));
+  const run impossible = call(directory, "simulate_plot", ". --slope 80");
+  CHECK(impossible.status == 2);
+  CHECK_THAT(impossible.complaint, Contains("ground_options.slope"));
+}
+#endif
 
 }  // namespace globalmatch::support

@@ -215,19 +215,19 @@ const named_scene& find_scene(std::string_view name) {
 
 std::string scene_table() {
   std::ostringstream table;
-  table
-      << "| scene | about | plot [m] | stems [1/ha] | height [m] | DBH: min + scale, shape [m] | slope [deg] "
-         "| relief + humps [m] | shrubs [1/ha], height [m] | grass [1/m2] | stations, distance [m] | tilt "
-         "[deg] | step [deg] |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+  table << "| scene | about | plot [m] | stems [1/ha] | height [m] | DBH: min + scale, shape [m] | lean, "
+           "slope [deg] "
+           "| relief + humps [m] | shrubs [1/ha], height [m] | grass [1/m2] | stations, distance [m] | tilt "
+           "[deg] | step [deg] |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const auto& [name, about, o] : frozen_scenes()) {
     const tree_options& trees = o.plot.trees;
     const undergrowth_options& under = o.plot.undergrowth;
     table << "| `" << name << "` | " << about << " | " << o.plot.width << " x " << o.plot.depth << " | "
           << layout_of(o.plot.layout) << " | " << trees.height << " | " << trees.dbh_min << " + "
-          << trees.dbh_scale << ", " << trees.dbh_shape << " | " << o.plot.ground.slope << " | "
-          << o.plot.ground.relief << " + " << o.plot.ground.hump_height << " | " << under.shrubs_per_hectare
-          << ", " << under.shrub_min_height << "-" << under.shrub_max_height << " | "
-          << under.blades_per_square_metre << " | " << o.stations.count << ", ";
+          << trees.dbh_scale << ", " << trees.dbh_shape << " | " << trees.lean << ", " << o.plot.ground.slope
+          << " | " << o.plot.ground.relief << " + " << o.plot.ground.hump_height << " | "
+          << under.shrubs_per_hectare << ", " << under.shrub_min_height << "-" << under.shrub_max_height
+          << " | " << under.blades_per_square_metre << " | " << o.stations.count << ", ";
     if (o.mobile)
       table << "ways | " << o.stations.tilt << " | random |\n";
     else

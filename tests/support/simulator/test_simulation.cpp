@@ -135,7 +135,7 @@ TEST_CASE("the paper's plots have its sizes and densities") {
       {"plot_1", 1036}, {"plot_2", 1210}, {"plot_3", 433}, {"plot_4", 982}};
   for (const auto& [name, expected] : per_hectare) {
     double stems = 0, hectares = 0;
-    for (const std::uint64_t seed : {1, 2, 101, 102}) {
+    for (const std::uint64_t seed : {1u, 2u, 101u, 102u}) {
       plot_options options = find_scene(name).options.plot;
       options.seed = seed;
       const plot scene = grow_plot(options);
