@@ -151,7 +151,7 @@ TEST_CASE("an output that cannot be written ends in status 2 before anything els
 #ifdef GLOBALMATCH_HAS_SIMULATOR
 TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and register_plot") {
   const temporary_directory directory;
-  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.3 --seed 5").status == 0);
+  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.2 --seed 5").status == 0);
   for (const char* name : {"scan_1.ply", "scan_2.ply", "pose_1.txt", "pose_2.txt", "stems.csv"})
     CHECK(std::filesystem::exists(directory / name));
   const Eigen::Isometry3d truth =
