@@ -43,7 +43,8 @@ void add_to(CLI::App& app, support::simulation_options& o) {
       {"clumped", support::arrangement::clumped},
       {"rows", support::arrangement::rows}};
   app.add_option("--layout", o.plot.layout.arrangement, "of the stems: random, clumped or rows")
-      ->transform(CLI::CheckedTransformer(arrangements));
+      ->transform(CLI::CheckedTransformer(arrangements))
+      ->option_text("NAME");
   add("--density", o.plot.layout.stems_per_hectare, "stems per hectare, but for rows");
   add("--row-spacing", o.plot.layout.row_spacing, "between rows [m]");
   add("--tree-spacing", o.plot.layout.tree_spacing, "along rows [m]");
