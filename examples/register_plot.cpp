@@ -14,38 +14,68 @@
 #include <vector>
 
 using namespace globalmatch;
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Two of the scans, and the file for the motion between them.
+struct scan_pair {
+  std::size_t source, target;
+  fs::path transform_file;
+};
+
+/// Every scan on the first one; with `all`, every scan on every earlier one.
+std::vector<scan_pair> pairs_of(const std::vector<fs::path>& scans, const fs::path& out_dir, bool all) {
+  const auto name = [&](std::size_t i) { return scans[i].stem().string(); };
+  std::vector<scan_pair> pairs;
+  for (std::size_t target = 0; target < (all ? scans.size() : 1); ++target)
+    for (std::size_t source = target + 1; source < scans.size(); ++source) {
+      const std::string on = target == 0 ? "" : "_on_" + name(target);
+      pairs.push_back({source, target, out_dir / ("T_" + name(source) + on + ".txt")});
+    }
+  return pairs;
+}
+
+void require_distinct_names(const std::vector<fs::path>& scans) {
+  std::set<fs::path> names;
+  for (const fs::path& file : scans)
+    if (!names.insert(file.stem()).second)
+      throw support::file_error(file, "two scans have this name", "Rename one: the results are named by it.");
+}
+
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw support::file_error(path, "the folder cannot be made", "Name one that can be written.");
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Lays every source scan on the target scan; each is mapped once.", "register_plot");
-  std::filesystem::path target_file, out_dir;
-  std::vector<std::filesystem::path> source_files;
+  fs::path target_file, out_dir;
+  std::vector<fs::path> scan_files;
+  bool all_pairs = false;
   support::shared_options options;
   app.add_option("TARGET", target_file, "scan to lay the others on")->required();
-  app.add_option("SOURCE", source_files, "scans to lay on it")->required();
+  app.add_option("SOURCE", scan_files, "scans to lay on it")->required();
   app.add_option("--out-dir", out_dir, "folder for T_<source name>.txt, one for each source")
       ->required()
       ->type_name("DIR");
+  app.add_flag("--all-pairs", all_pairs,
+               "lay every source on every scan named before it, too: T_<source>_on_<target>.txt");
   options.add_mapping_to(app);
   options.add_matching_to(app);
   options.add_icp_to(app);
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
-    std::set<std::filesystem::path> names;
-    for (const auto& file : source_files)
-      if (!names.insert(file.stem()).second)
-        throw support::file_error(file, "two sources have this name",
-                                  "Rename one: the results are named by it.");
-    std::error_code error;
-    std::filesystem::create_directories(out_dir, error);
-    if (error)
-      throw support::file_error(out_dir, "the folder cannot be made", "Name one that can be written.");
-
-    const auto transform_of = [&](const std::filesystem::path& file) {
-      return out_dir / ("T_" + file.stem().string() + ".txt");
-    };
+    scan_files.insert(scan_files.begin(), target_file);
+    require_distinct_names(scan_files);
+    make_folder(out_dir);
+    const std::vector<scan_pair> pairs = pairs_of(scan_files, out_dir, all_pairs);
     support::require_writable({options.json});
-    for (const auto& file : source_files) support::require_writable({transform_of(file)});
+    for (const scan_pair& pair : pairs) support::require_writable({pair.transform_file});
 
     const registration_options library_options = {options.for_mapping(), options.for_matching(),
                                                   options.for_icp()};
@@ -59,33 +89,38 @@ int main(int argc, char** argv) {
       seconds += clock.seconds() - before;
       return result;
     };
-    const auto map_file = [&](const std::filesystem::path& file) {
-      const auto scan = support::read_scan(file);
-      return timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); });
-    };
 
-    const stem_map target = map_file(target_file);
-    nlohmann::ordered_json pairs = nlohmann::ordered_json::array();
-    std::vector<std::optional<Eigen::Isometry3d>> transforms;
-    for (const auto& file : source_files) {
-      const stem_map source = map_file(file);
-      const registration result = timed([&] { return register_maps(source, target, library_options, how); });
-      transforms.push_back(result.target_from_source);
-      auto pair = support::describe(result.matching, result.target_from_source);
-      pair["name"] = file.stem().string();
-      pair["source"] = support::describe(source);
-      pairs.push_back(std::move(pair));
-      const bool registered = result.outcome == outcome::registered;
-      (registered ? std::cout : std::cerr)
-          << file.filename().string() << ": " << support::summary(result.matching) << '\n';
+    std::vector<stem_map> maps;
+    nlohmann::ordered_json scan_reports = nlohmann::ordered_json::array();
+    for (const fs::path& file : scan_files) {
+      const auto scan = support::read_scan(file);
+      maps.push_back(
+          timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); }));
+      scan_reports.push_back(support::describe(maps.back()));
     }
-    support::write_json(options.json, {{"target", support::describe(target)},
-                                       {"pairs", std::move(pairs)},
+
+    nlohmann::ordered_json pair_reports = nlohmann::ordered_json::array();
+    std::vector<std::optional<Eigen::Isometry3d>> transforms;
+    for (const scan_pair& pair : pairs) {
+      const registration result =
+          timed([&] { return register_maps(maps[pair.source], maps[pair.target], library_options, how); });
+      transforms.push_back(result.target_from_source);
+      auto report = support::describe(result.matching, result.target_from_source);
+      report["name"] = scan_files[pair.source].stem().string();
+      report["target_name"] = scan_files[pair.target].stem().string();
+      report["source"] = scan_reports[pair.source];
+      pair_reports.push_back(std::move(report));
+      std::ostream& out = result.target_from_source ? std::cout : std::cerr;
+      out << scan_files[pair.source].filename().string() << " on "
+          << scan_files[pair.target].filename().string() << ": " << support::summary(result.matching) << '\n';
+    }
+    support::write_json(options.json, {{"target", scan_reports.front()},
+                                       {"pairs", std::move(pair_reports)},
                                        {"seconds", seconds},
                                        {"stages", clock.stages()}});
     // Last, so that an unreadable scan leaves all old results in place.
-    for (std::size_t i = 0; i < transforms.size(); ++i)
-      support::write_or_remove_transform(transform_of(source_files[i]), transforms[i]);
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      support::write_or_remove_transform(pairs[i].transform_file, transforms[i]);
     const bool all_registered = std::all_of(transforms.begin(), transforms.end(),
                                             [](const auto& transform) { return transform.has_value(); });
     return all_registered ? support::done : support::no_registration;

@@ -1,0 +1,234 @@
+// Registers the simulated scenes as `register_plot --all-pairs` does, and compares everything with the truth:
+// stem maps by precision and recall, pairs by right, wrong and refused, motions by e_p, e_R and e_t.
+#include <globalmatch/evaluation.hpp>
+#include <globalmatch/registration.hpp>
+
+#include "support/atomic_file.hpp"
+#include "support/command_line.hpp"
+#include "support/reports.hpp"
+#include "support/simulator/scenes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace globalmatch;
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+namespace {
+
+constexpr std::uint32_t least_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
+
+/// What one scan is judged by, once its points are gone.
+struct mapped_scan {
+  stem_map map;
+  map_score score;
+  std::vector<Vector3d> sample;  // of the scan, for e_p
+  Isometry3d plot_from_scan;
+};
+
+mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& how) {
+  constexpr std::size_t every = 50;  // point of the scan goes into the sample
+  const auto scan = plot.scan(i);
+  mapped_scan result;
+  result.plot_from_scan = plot.stations()[i].plot_from_scan;
+  for (std::size_t k = 0; k < scan.points.size(); k += every) result.sample.push_back(scan.points[k]);
+  result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), how);
+
+  std::vector<Vector3d> found, truth;
+  std::vector<std::uint32_t> returns;
+  for (const stem& s : result.map.stems) found.push_back(result.plot_from_scan * s.position);
+  for (std::size_t s = 0; s < plot.plot().stems.size(); ++s)
+    if (scan.returns_per_stem[s] >= least_returns) {
+      truth.push_back(plot.plot().stems[s].position);
+      returns.push_back(scan.returns_per_stem[s]);
+    }
+  result.score = score_map(found, truth, 0.25, [&](std::size_t s) { return returns[s] >= required_returns; });
+  return result;
+}
+
+/// Two scans registered.
+struct registered_pair {
+  std::string scene;
+  std::uint64_t seed;
+  std::size_t source, target;  // stations
+  bool neighbors;              // one of them is the first station, or they are next to each other around it
+  globalmatch::outcome outcome;
+  std::size_t matches, source_stems, target_stems;
+  registration_error coarse, fine;  // of the best hypothesis; after ICP, where it ran
+  bool refined;
+
+  bool right() const { return outcome == outcome::registered && coarse.success(); }
+  bool wrong() const { return outcome == outcome::registered && !coarse.success(); }
+};
+
+registered_pair register_pair(const mapped_scan& source, const mapped_scan& target, bool refine,
+                              const execution& how) {
+  registration_options options;
+  if (!refine) options.icp.metric = icp_metric::none;
+  const registration result = register_maps(source.map, target.map, options, how);
+  const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
+  const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
+  registered_pair pair{};
+  pair.outcome = result.outcome;
+  pair.matches = result.matching.funnel.correspondences;
+  pair.source_stems = source.map.stems.size();
+  pair.target_stems = target.map.stems.size();
+  pair.refined = result.icp && result.icp->converged;
+  if (!result.matching.hypotheses.empty())
+    pair.coarse = evaluate_registration(result.matching.hypotheses.front().target_from_source, truth,
+                                        source.sample, up);
+  if (pair.refined) pair.fine = evaluate_registration(*result.target_from_source, truth, source.sample, up);
+  return pair;
+}
+
+/// All that was measured on a scene with some seeds.
+struct scene_result {
+  std::vector<map_score> scores;
+  std::vector<registered_pair> pairs;
+  std::map<std::string, double> seconds;  // by stage, a scan
+
+  void add(const scene_result& other) {
+    scores.insert(scores.end(), other.scores.begin(), other.scores.end());
+    pairs.insert(pairs.end(), other.pairs.begin(), other.pairs.end());
+    for (const auto& [stage, s] : other.seconds) seconds[stage] += s;
+  }
+};
+
+scene_result run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step,
+                       int threads) {
+  support::simulation_options options = scene.options;
+  options.seed = seed;
+  if (angular_step > 0) options.scanner.angular_step = angular_step;
+  support::simulation plot(options);
+  support::stage_clock clock;
+  const execution how = clock.listen(threads);
+  scene_result result;
+  std::vector<mapped_scan> scans;
+  for (std::size_t i = 0; i < plot.stations().size(); ++i) {
+    scans.push_back(map_scan(plot, i, how));
+    clock.leave();
+    result.scores.push_back(scans.back().score);
+  }
+  const std::size_t around = scans.size() - 1;  // stations around the first
+  for (std::size_t target = 0; target < scans.size(); ++target)
+    for (std::size_t source = target + 1; source < scans.size(); ++source) {
+      // As in [GM] 5.2.2 the scans are laid on the middle one for good; the other pairs tell how robust that
+      // is.
+      registered_pair pair = register_pair(scans[source], scans[target], target == 0, how);
+      clock.leave();
+      pair.scene = scene.name;
+      pair.seed = seed;
+      pair.source = source + 1;
+      pair.target = target + 1;
+      const std::size_t apart = source - target;
+      pair.neighbors = target == 0 || apart == 1 || apart == around - 1;
+      result.pairs.push_back(pair);
+    }
+  for (const auto& [stage, seconds] : clock.stages().items())
+    result.seconds[stage] = seconds.get<double>() / double(scans.size());
+  return result;
+}
+
+void print_pair(std::ostream& out, const registered_pair& p) {
+  out << p.scene << ',' << p.seed << ',' << p.source << ',' << p.target << ',' << p.neighbors << ','
+      << to_string(p.outcome) << ',' << p.source_stems << ',' << p.target_stems << ',' << p.matches << ','
+      << p.coarse.pointwise << ',' << p.coarse.rotation << ',' << p.coarse.translation << ',' << p.refined
+      << ',' << p.fine.pointwise << ',' << p.fine.horizontal << ',' << p.fine.vertical << ','
+      << p.fine.rotation << ',' << p.fine.translation << '\n';
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::nan("");
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// One row of the table.
+void print_row(std::ostream& out, const std::string& name, const std::string& seeds, const scene_result& r) {
+  map_score sum;
+  for (const map_score& s : r.scores) {
+    sum.found += s.found;
+    sum.true_finds += s.true_finds;
+    sum.required += s.required;
+    sum.required_found += s.required_found;
+    sum.plan_error += s.plan_error / double(r.scores.size());
+    sum.height_error += s.height_error / double(r.scores.size());
+  }
+  std::size_t right = 0, wrong = 0, neighbors = 0, neighbors_right = 0;
+  std::vector<double> coarse, fine, rotation, translation;
+  for (const registered_pair& p : r.pairs) {
+    right += p.right();
+    wrong += p.wrong();
+    neighbors += p.neighbors;
+    neighbors_right += p.neighbors && p.right();
+    if (p.right()) coarse.push_back(100 * p.coarse.pointwise);
+    if (!p.right() || !p.refined) continue;
+    fine.push_back(100 * p.fine.pointwise);
+    rotation.push_back(1000 * p.fine.rotation);
+    translation.push_back(100 * p.fine.translation);
+  }
+  double mapping = 0, matching = 0, refining = 0;
+  for (const auto& [stage, seconds] : r.seconds)
+    (stage == "icp" ? refining : stage.ends_with("matching") ? matching : mapping) += seconds;
+  out << std::fixed << std::setprecision(1) << "| `" << name << "` | " << seeds << " | "
+      << 100 * sum.precision() << " | " << 100 * sum.recall() << " | " << 100 * sum.f1() << " | "
+      << 100 * sum.plan_error << ", " << 100 * sum.height_error << " | " << right << ", " << wrong << ", "
+      << r.pairs.size() - right - wrong << " | " << neighbors_right << " of " << neighbors << " | "
+      << std::setprecision(2) << median(coarse) << " | " << median(fine) << " | " << median(rotation) << " | "
+      << median(translation) << " | " << mapping << " + " << matching << " + " << refining << " |\n"
+      << std::flush;
+}
+
+constexpr const char* table_head =
+    "| scene | seeds | precision | recall | F1 [%] | plan, height error [cm] | pairs right, wrong, refused | "
+    "neighbours right | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] | e_t [cm] | seconds a scan: mapping + "
+    "matching + ICP |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Registers the scenes of docs/scenes.md and prints a row for each. Coarse e_p over all pairs that are "
+      "right, fine ones over the scans laid on the middle one; medians.",
+      "registration_accuracy");
+  std::vector<std::string> names;
+  for (const auto& scene : support::frozen_scenes()) names.push_back(scene.name);
+  std::vector<std::uint64_t> seeds(std::begin(support::tuning_seeds), std::end(support::tuning_seeds));
+  std::filesystem::path pairs_file = "registration_accuracy.csv";
+  double angular_step = 0;
+  int threads = 0;
+  app.add_option("--scenes", names, "names of scenes")->delimiter(',');
+  app.add_option("--seeds", seeds, "of the scenes")->delimiter(',')->capture_default_str();
+  app.add_option("--pairs", pairs_file, "CSV with a line for each pair")->capture_default_str();
+  app.add_option("--angular-step", angular_step, "instead of the scenes' own [deg]");
+  app.add_option("--threads", threads, "number of threads; 0: all")->capture_default_str();
+
+  return support::run_program(app, argc, argv, [&] {
+    support::atomic_file csv(pairs_file);
+    csv.stream() << "scene,seed,source,target,neighbors,outcome,source_stems,target_stems,matches,"
+                    "coarse_e_p,coarse_e_R,coarse_e_t,refined,fine_e_p,fine_horizontal,fine_vertical,"
+                    "fine_e_R,fine_e_t\n";
+    std::string all_seeds;
+    for (const std::uint64_t seed : seeds)
+      all_seeds += (all_seeds.empty() ? "" : ", ") + std::to_string(seed);
+    std::cout << table_head;
+    for (const std::string& name : names) {
+      scene_result result;
+      for (const std::uint64_t seed : seeds)
+        result.add(run_scene(support::find_scene(name), seed, angular_step, threads));
+      for (auto& [stage, seconds] : result.seconds) seconds /= double(seeds.size());
+      print_row(std::cout, name, all_seeds, result);
+      for (const registered_pair& pair : result.pairs) print_pair(csv.stream(), pair);
+    }
+    csv.commit();
+    return support::done;
+  });
+}
