@@ -131,7 +131,8 @@ scene_result run_scene(const support::named_scene& scene, std::uint64_t seed, do
       pair.neighbors = target == 0 || apart == 1 || apart == around - 1;
       result.pairs.push_back(pair);
     }
-  for (const auto& [stage, seconds] : clock.stages().items())
+  const auto stages = clock.stages();
+  for (const auto& [stage, seconds] : stages.items())
     result.seconds[stage] = seconds.get<double>() / double(scans.size());
   return result;
 }
