@@ -1,5 +1,6 @@
 #include "globalmatch/global_matching.hpp"
 
+#include <numeric>
 #include <set>
 
 #include "catch.hpp"
@@ -20,14 +21,47 @@ std::vector<triangle_pair> local_pairs(const position_set& source, const positio
                        build_triangles(target, horizontal, {.neighbors = neighbors}), tolerance);
 }
 
-void require_algorithm_1(const position_set& source, const position_set& target, bool horizontal,
-                         double tolerance) {
-  const auto pairs = local_pairs(source, target, horizontal, tolerance);
+std::size_t consensus_size(const consensus_finder& finder, std::size_t seed) {
+  std::vector<std::uint8_t> agreeing;
+  return finder.consensus_size(seed, agreeing);
+}
+
+void require_algorithm_1(const position_set& source, const position_set& target,
+                         const std::vector<triangle_pair>& pairs, bool horizontal, double tolerance) {
   const auto sets = oracles::consensus_sets(source, target, pairs, horizontal, tolerance);
-  const auto sizes = consensus_sizes(map_pair(source, target, horizontal, four), pairs, tolerance);
-  REQUIRE(sizes.size() == sets.size());
-  const auto same_size = [](std::size_t size, const auto& set) { return size == set.size(); };
-  CHECK(std::equal(sizes.begin(), sizes.end(), sets.begin(), same_size));
+  const map_pair maps(source, target, horizontal, four);
+  const consensus_finder finder(maps, pairs, tolerance);
+  const auto bounds = consensus_bounds(finder, 0);
+  for (std::size_t u = 0; u < pairs.size(); ++u) {
+    std::vector<std::size_t> set = sets[u];
+    std::sort(set.begin(), set.end());
+    const auto found = finder.consensus(u);
+    REQUIRE(std::equal(found.begin(), found.end(), set.begin(), set.end()));
+    REQUIRE(consensus_size(finder, u) == set.size());
+    REQUIRE(bounds[u] >= set.size());
+  }
+  if (pairs.empty()) return;
+  const auto largest = std::max_element(sets.begin(), sets.end(),
+                                        [](const auto& a, const auto& b) { return a.size() < b.size(); });
+  const seed_consensus best = largest_consensus(finder).best;
+  REQUIRE(best.size == largest->size());
+  REQUIRE(best.seed == std::size_t(largest - sets.begin()));
+}
+
+/// Congruent pairs that no local matching made: any three stems, also the same one twice, in any order.
+std::vector<triangle_pair> any_pairs(const position_set& source, const position_set& target, bool horizontal,
+                                     double tolerance, random_source& random) {
+  std::vector<triangle_pair> pairs;
+  for (int tries = 0; tries < 400 && pairs.size() < 30; ++tries) {
+    triangle_pair pair;
+    for (std::size_t i = 0; i < 3; ++i) {
+      pair.source[i] = random.below(static_cast<std::uint32_t>(source.size()));
+      pair.target[i] = random.below(static_cast<std::uint32_t>(target.size()));
+    }
+    if (oracles::global_dissimilarity(source, target, pair, pair, horizontal) < tolerance)
+      pairs.push_back(pair);
+  }
+  return pairs;
 }
 
 void require_same(const hypothesis& a, const hypothesis& b) {
@@ -37,11 +71,13 @@ void require_same(const hypothesis& a, const hypothesis& b) {
   CHECK(a.consensus == b.consensus);
 }
 
-/// Two triangle pairs of three stems each.
+/// Whether two triangle pairs agree.
 bool agree(const position_set& source, const position_set& target, const triangle_pair& a,
-           const triangle_pair& b) {
-  return globally_consistent(a, b, detail::distance_table(source, false),
-                             detail::distance_table(target, false), 0.05);
+           const triangle_pair& b, double tolerance = 0.05) {
+  const map_pair maps(source, target, false, four);
+  const consensus_finder finder(maps, std::vector{a, b}, tolerance);
+  CHECK(consensus_size(finder, 0) == consensus_size(finder, 1));
+  return consensus_size(finder, 0) == 2;
 }
 
 /// A triangle at the origin and one 10 m away, turned by `turn` about its own centroid.
@@ -85,44 +121,82 @@ TEST_CASE("global consistency wants every difference strictly below the toleranc
       scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {8, 0, 0}, {9, 0, 0}, {10, 0, 0}});
   position_set target = source;
   for (std::size_t i = 3; i < 6; ++i) target.at[i].x() += 0.5;
-  const detail::distance_table s(source, false), t(target, false);
-  CHECK_FALSE(globally_consistent(first_pair, second_pair, s, t, 0.5));
-  CHECK(globally_consistent(first_pair, second_pair, s, t, std::nextafter(0.5, 1)));
+  CHECK_FALSE(agree(source, target, first_pair, second_pair, 0.5));
+  CHECK(agree(source, target, first_pair, second_pair, std::nextafter(0.5, 1)));
 }
 
-TEST_CASE("consensus_sizes equals Algorithm 1 on random maps") {
-  for (std::uint64_t seed = 0; seed < 25; ++seed) {
+TEST_CASE("consensus sets, their bounds and the largest equal Algorithm 1 on random maps") {
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);
-    const positions stems = scenes::random_stems(random, 8 + random.below(5), 10, 10);
+    const positions stems = scenes::random_stems(random, 6 + random.below(6), 10, 10);
     const position_set source = scenes::set_in_order(stems);
     const position_set target = scenes::set_in_order(
         scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), stems), 0.05, random));
-    require_algorithm_1(source, target, seed % 2 == 0, 0.2);
+    const bool horizontal = seed % 2 == 0;
+    require_algorithm_1(source, target, local_pairs(source, target, horizontal, 0.2, 4), horizontal, 0.2);
+  }
+}
+
+TEST_CASE("the largest consensus set is that of Algorithm 1 on larger maps, where bounds rule seeds out") {
+  for (std::uint64_t seed = 0; seed < 8; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const auto views = scenes::half_overlapping_views(random, 30);
+    const position_set source = scenes::set_in_order(views.source),
+                       target = scenes::set_in_order(views.target);
+    require_algorithm_1(source, target, local_pairs(source, target, false, 0.1, 8), false, 0.1);
+  }
+}
+
+TEST_CASE("consensus sets equal Algorithm 1 for pairs of any stems") {
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    INFO("seed " << seed);
+    random_source random(seed);
+    const position_set source = scenes::set_in_order(scenes::random_stems(random, 3 + random.below(5), 5, 5));
+    const position_set target = scenes::set_in_order(scenes::random_stems(random, 3 + random.below(5), 5, 5));
+    const bool horizontal = seed % 2 == 0;
+    const double tolerance = scenes::uniform(random, 0.3, 3);
+    const auto pairs = any_pairs(source, target, horizontal, tolerance, random);
+    require_algorithm_1(source, target, pairs, horizontal, tolerance);
   }
 }
 
 TEST_CASE(
-    "consensus_sizes equals Algorithm 1 on lattices, where everything ties and triangles share vertices") {
-  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    "consensus sets equal Algorithm 1 on lattices, where everything ties and triangles share vertices") {
+  for (std::uint64_t seed = 0; seed < 30; ++seed) {
     random_source random(seed);
     const auto part = [&] {
       const positions whole = scenes::lattice(4, 4, 2);
       auto order = scenes::random_order(whole.size(), random);
-      order.resize(11);
+      order.resize(10);
       return scenes::set_in_order(scenes::reordered(whole, order));
     };
     const position_set source = part(), target = part();
-    require_algorithm_1(source, target, false, 0.05);
-    require_algorithm_1(source, target, false, 1.0);
+    for (const double tolerance : {0.05, 1.0, 2.0})  // 2: a difference of just the tolerance is none
+      require_algorithm_1(source, target, local_pairs(source, target, false, tolerance, 5), false, tolerance);
   }
 }
 
-TEST_CASE("consensus_sizes of no pairs, and of one") {
+TEST_CASE("a sufficient consensus set ends the search") {
+  random_source random(7);
+  const auto views = scenes::half_overlapping_views(random, 40);
+  const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
+  const auto pairs = local_pairs(source, target, false, 0.1, 12);
+  const map_pair maps(source, target, false, four);
+  const consensus_finder finder(maps, pairs, 0.1);
+  const std::size_t largest = largest_consensus(finder).best.size;
+  const std::size_t enough = largest_consensus(finder, 4).best.size;
+  CHECK(enough >= 4);
+  CHECK(enough <= largest);
+  CHECK(largest_consensus(finder, largest + 1).best.size == largest);
+}
+
+TEST_CASE("the consensus set of a single pair is itself") {
   const position_set stems = two_triangles(0);
   const map_pair maps(stems, stems, false, four);
-  CHECK(consensus_sizes(maps, {}, 0.05).empty());
-  CHECK(consensus_sizes(maps, std::vector{first_pair}, 0.05) == std::vector<std::size_t>{1});
+  const consensus_finder finder(maps, std::vector{first_pair}, 0.05);
+  CHECK(finder.consensus(0) == std::vector<std::uint32_t>{0});
 }
 
 TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consensus set") {
@@ -138,7 +212,9 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
     for (const triangle_pair& pair : consensus)
       for (std::size_t i = 0; i < 3; ++i) ++votes[{pair.source[i], pair.target[i]}];
 
-    const auto chosen = vote_correspondences(consensus);
+    std::vector<std::uint32_t> all(consensus.size());
+    std::iota(all.begin(), all.end(), 0u);
+    const auto chosen = vote_correspondences(consensus, all);
     CHECK(std::is_sorted(chosen.begin(), chosen.end()));
     std::set<stem_index> sources, targets;
     for (const correspondence& c : chosen) {
@@ -189,7 +265,7 @@ TEST_CASE("match_globally gives ranked and distinct hypotheses that stand") {
       CHECK(a.tolerance == 0.3);
       CHECK(maps.pair_stems(a.target_from_source, 0.3) == a.correspondences);
       for (const hypothesis& b : hypotheses)
-        if (&a != &b) CHECK(differ(a, b, source, 2 * 0.3));
+        if (&a != &b) CHECK(differ(a, b, maps, 2 * 0.3));
     }
   }
 }

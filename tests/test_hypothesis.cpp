@@ -65,17 +65,19 @@ TEST_CASE("pair_stems of maps without stems pairs none") {
   CHECK(map_pair(one, none, false, four).pair_stems(still, 1).empty());
 }
 
-TEST_CASE("map_pair::fit returns the motion and the distances it leaves") {
+TEST_CASE("map_pair fits a motion, and tells the distances it leaves in space and in plan") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {6, 0, 0}, {0, 6, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 1}, {6, 0, 4}, {0, 6, 1}});
   const auto pairs = same_indices(3);
-  const auto in_space = map_pair(source, target, false, four).fit(pairs);
-  const auto in_plan = map_pair(source, target, true, four).fit(pairs);
-  REQUIRE((in_space && in_plan));
-  CHECK(in_space->first.translation().z() == Approx(2));
-  CHECK(in_space->second == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
-  CHECK(in_plan->second == Approx(0).margin(1e-12));
-  CHECK_FALSE(map_pair(source, target, true, four).fit(std::span(pairs).first(1)));
+  const map_pair in_space(source, target, false, four), in_plan(source, target, true, four);
+  const auto motion = in_space.fit(pairs);
+  REQUIRE(motion);
+  CHECK(motion->translation().z() == Approx(2));
+  CHECK(in_space.rms(*motion, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
+  CHECK(in_space.misfit(*motion, pairs[1]) == Approx(2));
+  CHECK(in_plan.rms(*motion, pairs) == Approx(0).margin(1e-12));
+  CHECK(in_plan.rms(*motion, {}) == 0);
+  CHECK_FALSE(in_plan.fit(std::span(pairs).first(1)));
 }
 
 TEST_CASE("verify pairs all stems of the overlap from three correspondences, and its pairs stand") {
@@ -142,17 +144,18 @@ TEST_CASE("verify gives nothing when the correspondences do not determine a moti
 
 TEST_CASE("hypotheses differ when they lay the stems further apart than the distance, on average") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
+  const map_pair maps(source, source, false, four);
   hypothesis a, b;
   a.correspondences = b.correspondences = same_indices(3);
-  CHECK_FALSE(differ(a, b, source, 0.1));
+  CHECK_FALSE(differ(a, b, maps, 0.1));
   b.target_from_source = scenes::yaw_and_shift(0, {0.0999, 0, 0});
-  CHECK_FALSE(differ(a, b, source, 0.1));
-  CHECK_FALSE(differ(b, a, source, 0.1));
+  CHECK_FALSE(differ(a, b, maps, 0.1));
+  CHECK_FALSE(differ(b, a, maps, 0.1));
   b.target_from_source = scenes::yaw_and_shift(0, {0, 0.1001, 0});
-  CHECK(differ(a, b, source, 0.1));
-  CHECK(differ(b, a, source, 0.1));
+  CHECK(differ(a, b, maps, 0.1));
+  CHECK(differ(b, a, maps, 0.1));
   b.target_from_source = scenes::yaw_and_shift(1, {0, 0, 0});
-  CHECK(differ(a, b, source, 0.1));
+  CHECK(differ(a, b, maps, 0.1));
 }
 
 TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger consensus") {

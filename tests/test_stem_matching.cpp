@@ -227,10 +227,10 @@ TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller'
       CHECK((h.target_from_source * views.source[c.source] - views.target[c.target]).norm() < 0.1);
 }
 
-TEST_CASE("the matching funnel counts what each step left") {
+TEST_CASE("the matching funnel counts what each step of Algorithm 1 left") {
   random_source random(5);
   const positions stems = scenes::random_stems(random, 15, 20, 20);
-  const matching result = match_stems(stems, stems);
+  const matching result = match_stems(stems, stems, {.tolerance = 0.05, .proposal = proposal::algorithm_1});
   CHECK(result.funnel.source_stems == 15);
   CHECK(result.funnel.target_stems == 15);
   CHECK(result.funnel.source_triangles == 15 * 14 * 13 / 6);
@@ -240,6 +240,73 @@ TEST_CASE("the matching funnel counts what each step left") {
   CHECK(result.funnel.consensus > result.funnel.local_pairs / 2);
   CHECK(result.funnel.correspondences == 15);
   CHECK(result.tolerance == 0.05);
+}
+
+TEST_CASE("the matching funnel counts queries and candidates of the triangle index") {
+  random_source random(5);
+  const positions stems = scenes::random_stems(random, 15, 20, 20);
+  const matching result = match_stems(stems, stems);
+  CHECK(result.funnel.source_stems == 15);
+  CHECK(result.funnel.target_triangles == 15 * 14 * 13 / 6);  // every one, in so small a map
+  CHECK(result.funnel.source_triangles > 0);
+  CHECK(result.funnel.local_pairs > 0);
+  CHECK(result.funnel.correspondences == 15);
+}
+
+TEST_CASE("both proposals find the same motion") {
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    random_source random(seed);
+    const auto views = scenes::half_overlapping_views(random, 50);
+    const matching indexed = match_stems(views.source, views.target);
+    const matching exhaustive = match_stems(views.source, views.target, {.proposal = proposal::algorithm_1});
+    REQUIRE(indexed.outcome == outcome::registered);
+    REQUIRE(exhaustive.outcome == outcome::registered);
+    CHECK(indexed.hypotheses.front().correspondences == exhaustive.hypotheses.front().correspondences);
+  }
+}
+
+TEST_CASE("without a tolerance the one of the noise is found, and the motion is right") {
+  for (const double sigma : {0.01, 0.05, 0.15}) {
+    random_source random(11);
+    const positions stems = scenes::random_stems(random, 80, 35, 35);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const positions target = scenes::moved(truth, scenes::noisy(stems, sigma, random));
+    const matching result = match_stems(stems, target, {.horizontal = true});
+    CAPTURE(sigma, result.tolerance, result.reason);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(result.tolerance > sigma);
+    CHECK(result.tolerance < 6 * sigma);
+    for (const Eigen::Vector3d& p : stems)
+      CHECK((*result.target_from_source * p - truth * p).head<2>().norm() < 2 * sigma);
+  }
+}
+
+TEST_CASE("a small plot is found in a prepared map, as by match_stems with the map itself") {
+  random_source random(12);
+  const positions forest = scenes::random_stems(random, 4000, 210, 210);
+  const prepared_map prepared = prepare_map(forest);
+  int found = 0;
+  for (int i = 0; i < 10; ++i) {
+    positions plot;
+    const Eigen::Vector3d center(scenes::uniform(random, 20, 190), scenes::uniform(random, 20, 190), 0);
+    for (const Eigen::Vector3d& p : forest)
+      if ((p - center).head<2>().norm() < 10 && random.uniform() < 0.85) plot.push_back(p);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    plot = scenes::noisy(scenes::moved(truth.inverse(), plot), 0.01, random);
+    const matching result = match_stems(plot, prepared);
+    found +=
+        result.target_from_source && scenes::largest_error(*result.target_from_source, truth, plot) < 0.05;
+    if (i == 0) require_same_bits(result, match_stems(plot, forest));
+  }
+  CHECK(found == 10);
+}
+
+TEST_CASE("a map prepared with heights refuses positions in plan") {
+  random_source random(13);
+  const positions stems = scenes::random_stems(random, 20, 20, 20);
+  const std::vector<Eigen::Vector2d> in_plan(5, Eigen::Vector2d::Zero());
+  CHECK_THROWS_WITH(match_stems(in_plan, prepare_map(stems)), Catch::Contains("prepare it with horizontal"));
+  CHECK_NOTHROW(match_stems(in_plan, prepare_map(stems, {.horizontal = true})));
 }
 
 TEST_CASE("match_stems is as right far from the origin as near it") {

@@ -11,8 +11,10 @@ using scenes::positions;
 
 namespace {
 
-hypothesis pairing(std::size_t stems) {
+/// One that chance does not explain, unless told.
+hypothesis pairing(std::size_t stems, double log10_false_alarms = -20) {
   hypothesis h;
+  h.log10_false_alarms = log10_false_alarms;
   for (stem_index i = 0; i < stems; ++i) h.correspondences.push_back({i, i});
   return h;
 }
@@ -65,14 +67,28 @@ TEST_CASE("a map of fewer stems than needed is named") {
   CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
 }
 
-TEST_CASE("the best must pair more than the runner-up by sqrt(n1 + n2)") {
-  for (std::size_t best = 4; best <= 40; ++best)
-    for (std::size_t second = 1; second <= best; ++second) {
-      const bool ahead = (best - second) * (best - second) >= best + second;
-      CHECK(judge_counts({best, second}).outcome == (ahead ? outcome::registered : outcome::ambiguous));
-    }
-  CHECK(judge_counts({6, 3, 3, 3}).outcome == outcome::registered);  // 3 ahead, and 3 is sqrt(6 + 3)
-  CHECK(judge_counts({7, 4}).outcome == outcome::ambiguous);
+TEST_CASE("what chance explains is not registered, and the reason says so") {
+  const position_set stems = scattered(40);
+  const auto judged = [&](double log10_false_alarms, const verdict_options& options = {}) {
+    return judge(std::vector{pairing(10, log10_false_alarms)}, stems, stems, options);
+  };
+  CHECK(judged(-3.01).outcome == outcome::registered);
+  CHECK(judged(-2.99).outcome == outcome::not_registered);
+  CHECK_THAT(judged(5).reason, Catch::StartsWith("matching: ") && Catch::Contains("10 stems") &&
+                                   Catch::Contains("chance") && Catch::Contains("overlap"));
+  CHECK(judged(-2.99, {.most_false_alarms = 0.01}).outcome == outcome::registered);
+}
+
+TEST_CASE("a rival that explains the stems half as well or better makes the best ambiguous") {
+  const position_set stems = scattered(40);
+  const auto judged = [&](double best, double rival) {
+    return judge(std::vector{pairing(20, best), pairing(15, rival), pairing(15, rival)}, stems, stems)
+        .outcome;
+  };
+  CHECK(judged(-20, -10) == outcome::ambiguous);
+  CHECK(judged(-20, -20) == outcome::ambiguous);
+  CHECK(judged(-20, -9.9) == outcome::registered);
+  CHECK(judged(-20, 3) == outcome::registered);
 }
 
 TEST_CASE("stems in a line do not make a registration, however many") {
@@ -116,6 +132,12 @@ TEST_CASE("verdict options that make no sense are named") {
   for (const double bad : {-0.1, std::numeric_limits<double>::quiet_NaN()})
     CHECK_THROWS_WITH(require_valid(verdict_options{.least_spread = bad}),
                       Catch::Contains("verdict.least_spread"));
+  for (const double bad : {0.0, -0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK_THROWS_WITH(require_valid(verdict_options{.most_false_alarms = bad}),
+                      Catch::Contains("verdict.most_false_alarms"));
+    CHECK_THROWS_WITH(require_valid(verdict_options{.rival_share = bad}),
+                      Catch::Contains("verdict.rival_share"));
+  }
 }
 
 }  // namespace globalmatch

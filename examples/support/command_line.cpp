@@ -26,7 +26,8 @@ void shared_options::add_matching_to(CLI::App& app) {
   app.add_option("--dof", dof, "4: turn about the vertical only, for levelled scans; 6: turn freely")
       ->check(CLI::IsMember({4, 6}))
       ->capture_default_str();
-  app.add_option("--tolerance", tolerance, "how far apart stems of one tree may lie [m]")
+  app.add_option("--tolerance", tolerance,
+                 "how far apart stems of one tree may lie [m]; found from the stems if not given")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_flag("--horizontal", horizontal, "compare distances in plan, ignoring heights");

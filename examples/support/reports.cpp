@@ -88,6 +88,8 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
   for (const hypothesis& h : result.hypotheses)
     hypotheses.push_back({{"matches", h.correspondences.size()},
                           {"rms", h.rms},
+                          {"tolerance", h.tolerance},
+                          {"log10_false_alarms", h.log10_false_alarms},
                           {"consensus", h.consensus},
                           {"target_from_source", row_by_row(h.target_from_source)}});
   return {{"matches", result.funnel.correspondences},

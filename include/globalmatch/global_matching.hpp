@@ -1,14 +1,13 @@
-// Global matching ([GM] 3.2.3, Algorithm 1): the largest consensus sets of triangle pairs, as ranked
-// hypotheses. In: locally matched triangle pairs. Out: distinct hypotheses, best first. Cost: quadratic in
-// the pairs; parallel.
+// Global matching ([GM] 3.2.3, Algorithm 1): the largest consensus set of triangle pairs, and others that
+// rival it, as ranked hypotheses. In: locally matched triangle pairs. Out: distinct hypotheses, best first.
 #pragma once
-
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <span>
@@ -27,6 +26,9 @@ namespace globalmatch {
 struct global_matching_options {
   int most_hypotheses = 10;  ///< distinct ones that are returned (ours)
   int most_seeds = 200;      ///< consensus sets that are verified for them (ours)
+  /// A consensus set of this many triangle pairs ends the search ([GM] 3.2.3: "a sufficient number", without
+  /// a value); 0: the search is exhaustive.
+  std::size_t sufficient = 0;
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -39,51 +41,179 @@ inline void require_valid(const global_matching_options& options) {
 
 namespace detail {
 
-/// Distances [m] between all stems of a map.
-class distance_table {
+/// The stems of a map as each of them sees the others: nearest first. Memory quadratic in the stems.
+class distance_order {
  public:
-  distance_table(const position_set& stems, bool horizontal) : size_(stems.size()), values_(size_ * size_) {
-    for (std::size_t i = 0; i < size_; ++i)
-      for (std::size_t j = 0; j < size_; ++j)
-        values_[i * size_ + j] = stem_distance(stems.at[i], stems.at[j], horizontal);
+  struct entry {
+    double distance;  // [m]
+    stem_index stem;
+  };
+
+  distance_order(const position_set& stems, bool horizontal, const execution& how)
+      : size_(stems.size()), entries_(size_ * size_) {
+    const auto sort_row = [&](std::size_t i) {
+      const auto row = entries_.begin() + std::ptrdiff_t(i * size_);
+      for (stem_index j = 0; j < size_; ++j)
+        row[j] = {stem_distance(stems.at[i], stems.at[j], horizontal), j};
+      std::sort(row, row + std::ptrdiff_t(size_), [](const entry& a, const entry& b) {
+        return a.distance < b.distance || (a.distance == b.distance && a.stem < b.stem);
+      });
+    };
+    parallel_for(how, "global matching", size_, sort_row, 16);
   }
-  double operator()(stem_index i, stem_index j) const { return values_[i * size_ + j]; }
+  std::span<const entry> around(stem_index i) const { return std::span(entries_).subspan(i * size_, size_); }
 
  private:
   std::size_t size_;
-  std::vector<double> values_;
+  std::vector<entry> entries_;
 };
 
 }  // namespace detail
 
-/// Whether two triangle pairs agree: D_global ([GM] Eq. (5)) is less than `tolerance` [m]. Only edges between
-/// the two triangles count, since those within each agree already.
-inline bool globally_consistent(const triangle_pair& a, const triangle_pair& b,
-                                const detail::distance_table& source, const detail::distance_table& target,
-                                double tolerance) {
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      if (!(std::abs(source(a.source[i], b.source[j]) - target(a.target[i], b.target[j])) < tolerance))
-        return false;
-  return true;
+/// Which triangle pairs agree: D_global ([GM] Eq. (5)) is less than the tolerance. Agreement of triangle
+/// pairs comes down to that of stem correspondences: those of one pair must all agree with those of the
+/// other. So the consensus set of a seed pair are the pairs made of correspondences that agree with all three
+/// of its own. Refers to what it is made from.
+class consensus_finder {
+ public:
+  /// `tolerance` is epsilon [m]. Memory: quadratic in the stems, linear in the pairs.
+  consensus_finder(const map_pair& maps, std::span<const triangle_pair> pairs, double tolerance,
+                   const execution& how = {})
+      : source_(maps.source, maps.horizontal, how),
+        target_(maps.target, maps.horizontal, how),
+        target_count_(maps.target.size()),
+        tolerance_(tolerance),
+        vertices_(pairs.size()) {
+    for (const triangle_pair& pair : pairs)
+      for (std::size_t i = 0; i < 3; ++i) correspondences_.push_back({pair.source[i], pair.target[i]});
+    std::sort(correspondences_.begin(), correspondences_.end());
+    correspondences_.erase(std::unique(correspondences_.begin(), correspondences_.end()),
+                           correspondences_.end());
+    number_of_.assign(maps.source.size() * target_count_, none);
+    for (std::uint32_t c = 0; c < correspondences_.size(); ++c) number(correspondences_[c]) = c;
+
+    votes_.assign(correspondences_.size(), 0);
+    first_pair_.assign(correspondences_.size() + 1, 0);
+    for (std::size_t u = 0; u < pairs.size(); ++u)
+      for (std::size_t i = 0; i < 3; ++i) {
+        vertices_[u][i] = number({pairs[u].source[i], pairs[u].target[i]});
+        ++votes_[vertices_[u][i]];
+      }
+    for (auto& v : vertices_)
+      std::sort(v.begin(), v.end(), [&](std::uint32_t a, std::uint32_t b) { return votes_[a] > votes_[b]; });
+    for (const auto& v : vertices_) ++first_pair_[v[0] + 1];
+    std::partial_sum(first_pair_.begin(), first_pair_.end(), first_pair_.begin());
+    by_first_vertex_.resize(pairs.size());
+    auto place = first_pair_;
+    for (std::uint32_t u = 0; u < pairs.size(); ++u) by_first_vertex_[place[vertices_[u][0]]++] = u;
+  }
+
+  std::size_t size() const { return vertices_.size(); }
+  std::size_t correspondence_count() const { return correspondences_.size(); }
+  /// The numbers of a pair's correspondences, that of most pairs first.
+  const std::array<std::uint32_t, 3>& vertices(std::size_t u) const { return vertices_[u]; }
+  /// Votes for all correspondences of a pair: how much it promises before anything is compared.
+  std::size_t votes(std::size_t u) const {
+    const auto& [a, b, c] = vertices_[u];
+    return std::size_t(votes_[a]) + votes_[b] + votes_[c];
+  }
+
+  /// Calls `visit(number)` for the correspondences that agree with this one: one sweep over the distances
+  /// from its two stems.
+  template <class Visit>
+  void for_each_agreeing(std::uint32_t c, const Visit& visit) const {
+    const auto targets = target_.around(correspondences_[c].target);
+    std::size_t low = 0;
+    for (const auto& s : source_.around(correspondences_[c].source)) {
+      // Subtracted as in the test below, so that rounding cannot part the two.
+      while (low < targets.size() && s.distance - targets[low].distance >= tolerance_) ++low;
+      const std::uint32_t* const numbers = number_of_.data() + std::size_t(s.stem) * target_count_;
+      for (std::size_t k = low; k < targets.size() && targets[k].distance - s.distance < tolerance_; ++k)
+        if (numbers[targets[k].stem] != none) visit(numbers[targets[k].stem]);
+    }
+  }
+
+  /// No consensus set of a seed with this correspondence has more pairs: each takes three votes.
+  std::size_t bound(std::uint32_t c) const {
+    std::size_t votes = 0;
+    for_each_agreeing(c, [&](std::uint32_t other) { votes += votes_[other]; });
+    return 1 + votes / 3;
+  }
+
+  /// Calls `visit(v)` for the pairs that agree with seed `u`, in any order, but not for `u` itself ([GM]
+  /// Algorithm 1, lines 2 to 9). `agreeing` is reused memory.
+  template <class Visit>
+  void for_each_member(std::size_t u, std::vector<std::uint8_t>& agreeing, const Visit& visit) const {
+    agreeing.assign(correspondences_.size(), 0);
+    std::vector<std::uint32_t> with_all;
+    for (const std::uint32_t c : vertices_[u])
+      for_each_agreeing(c, [&](std::uint32_t other) {
+        if (++agreeing[other] == 3) with_all.push_back(other);
+      });
+    for (const std::uint32_t c : with_all)
+      for (std::size_t k = first_pair_[c]; k < first_pair_[c + 1]; ++k) {
+        const std::uint32_t v = by_first_vertex_[k];
+        if (v != u && agreeing[vertices_[v][1]] == 3 && agreeing[vertices_[v][2]] == 3) visit(v);
+      }
+  }
+
+  /// Size of the consensus set of seed `u`, itself included.
+  std::size_t consensus_size(std::size_t u, std::vector<std::uint8_t>& agreeing) const {
+    std::size_t size = 1;
+    for_each_member(u, agreeing, [&](std::uint32_t) { ++size; });
+    return size;
+  }
+
+  /// The consensus set of seed `u`, itself included, increasing.
+  std::vector<std::uint32_t> consensus(std::size_t u) const {
+    std::vector<std::uint32_t> members = {static_cast<std::uint32_t>(u)};
+    std::vector<std::uint8_t> agreeing;
+    for_each_member(u, agreeing, [&](std::uint32_t v) { members.push_back(v); });
+    std::sort(members.begin(), members.end());
+    return members;
+  }
+
+ private:
+  static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t& number(const correspondence& c) {
+    return number_of_[std::size_t(c.source) * target_count_ + c.target];
+  }
+
+  detail::distance_order source_, target_;
+  std::size_t target_count_;
+  double tolerance_;
+  std::vector<std::array<std::uint32_t, 3>> vertices_;  // of each pair, as numbers of correspondences
+  std::vector<correspondence> correspondences_;         // distinct, increasing
+  std::vector<std::uint32_t> number_of_;                // of a correspondence, source by target
+  std::vector<std::uint32_t> votes_;                    // pairs with this correspondence
+  std::vector<std::size_t> first_pair_;                 // where those begin whose first vertex it is
+  std::vector<std::uint32_t> by_first_vertex_;
+};
+
+/// The stem correspondences of a triangle pair.
+inline std::array<correspondence, 3> correspondences_of(const triangle_pair& pair) {
+  return {
+      {{pair.source[0], pair.target[0]}, {pair.source[1], pair.target[1]}, {pair.source[2], pair.target[2]}}};
 }
 
 /// The stem correspondences of a consensus set, each stem at most once: those that most triangle pairs vote
 /// for.
-inline std::vector<correspondence> vote_correspondences(std::span<const triangle_pair> consensus) {
+inline std::vector<correspondence> vote_correspondences(std::span<const triangle_pair> pairs,
+                                                        std::span<const std::uint32_t> consensus) {
   std::map<correspondence, int> votes;
-  for (const triangle_pair& pair : consensus)
-    for (std::size_t i = 0; i < 3; ++i) ++votes[{pair.source[i], pair.target[i]}];
+  for (const std::uint32_t u : consensus)
+    for (std::size_t i = 0; i < 3; ++i) ++votes[{pairs[u].source[i], pairs[u].target[i]}];
   std::vector<std::pair<int, correspondence>> order;
   for (const auto& [c, count] : votes) order.push_back({-count, c});
   std::sort(order.begin(), order.end());
+  std::map<stem_index, stem_index> target_of, source_of;
   std::vector<correspondence> chosen;
   for (const auto& entry : order) {
     const correspondence& c = entry.second;
-    const bool taken = std::any_of(chosen.begin(), chosen.end(), [&](const correspondence& other) {
-      return other.source == c.source || other.target == c.target;
-    });
-    if (!taken) chosen.push_back(c);
+    if (target_of.contains(c.source) || source_of.contains(c.target)) continue;
+    target_of[c.source] = c.target;
+    source_of[c.target] = c.source;
+    chosen.push_back(c);
   }
   std::sort(chosen.begin(), chosen.end());
   return chosen;
@@ -91,65 +221,113 @@ inline std::vector<correspondence> vote_correspondences(std::span<const triangle
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Size of the consensus set that grows from each pair as its seed ([GM] Algorithm 1): how many pairs agree
-/// with it, itself included.
-inline std::vector<std::size_t> consensus_sizes(const map_pair& maps, std::span<const triangle_pair> pairs,
-                                                double tolerance, const execution& how = {}) {
-  const detail::distance_table source(maps.source, maps.horizontal), target(maps.target, maps.horizontal);
-  std::vector<std::size_t> sizes(pairs.size(), 1);
-  parallel_for(
-      how, "global matching", pairs.size(),
-      [&](std::size_t i) {
-        for (std::size_t j = 0; j < pairs.size(); ++j)
-          if (i != j && globally_consistent(pairs[i], pairs[j], source, target, tolerance)) ++sizes[i];
-      },
-      64);
-  return sizes;
+/// For each pair a number that the consensus set grown from it does not exceed; once it is less than
+/// `at_least` it is not made any better.
+inline std::vector<std::size_t> consensus_bounds(const consensus_finder& finder, std::size_t at_least,
+                                                 const execution& how = {}) {
+  constexpr std::size_t unknown = std::numeric_limits<std::size_t>::max();
+  std::vector<std::size_t> of_correspondence(finder.correspondence_count(), unknown);
+  std::vector<std::size_t> bounds(finder.size(), unknown);
+  for (std::size_t i = 0; i < 3; ++i) {  // those of most pairs first: they rule out most
+    std::vector<std::uint32_t> wanted;
+    for (std::size_t u = 0; u < bounds.size(); ++u)
+      if (bounds[u] >= at_least && of_correspondence[finder.vertices(u)[i]] == unknown) {
+        of_correspondence[finder.vertices(u)[i]] = 0;
+        wanted.push_back(finder.vertices(u)[i]);
+      }
+    parallel_for(
+        how, "global matching", wanted.size(),
+        [&](std::size_t k) { of_correspondence[wanted[k]] = finder.bound(wanted[k]); }, 64);
+    for (std::size_t u = 0; u < bounds.size(); ++u)
+      bounds[u] = std::min(bounds[u], of_correspondence[finder.vertices(u)[i]]);
+  }
+  return bounds;
 }
 
-/// The distinct hypotheses with the largest consensus sets, verified over all stems, best first. `tolerance`
-/// is epsilon [m].
+/// A seed and the size of its consensus set.
+struct seed_consensus {
+  std::size_t seed, size;
+
+  /// Algorithm 1, line 10: the larger set, of equally large ones that of the first seed.
+  bool beats(const seed_consensus& other) const {
+    return size > other.size || (size == other.size && seed < other.seed);
+  }
+};
+
+/// The best of some seeds, all of them looked at.
+inline seed_consensus best_seed(const consensus_finder& finder, std::span<const std::uint32_t> seeds,
+                                const execution& how = {}) {
+  std::vector<std::size_t> sizes(seeds.size());
+  parallel_chunks(how, "global matching", seeds.size(), 8, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::uint8_t> agreeing;
+    for (std::size_t k = begin; k < end; ++k) sizes[k] = finder.consensus_size(seeds[k], agreeing);
+  });
+  seed_consensus best{seeds.front(), sizes.front()};
+  for (std::size_t k = 1; k < seeds.size(); ++k)
+    if (const seed_consensus other{seeds[k], sizes[k]}; other.beats(best)) best = other;
+  return best;
+}
+
+/// The seeds in decreasing order of what they promise, and the best of all of them.
+struct consensus_search {
+  seed_consensus best;
+  std::vector<std::uint32_t> order;
+};
+
+/// The largest consensus set: the one that Algorithm 1 finds, without looking at seeds that cannot win. With
+/// `sufficient` > 0 the search ends when a set of this size is found. At least one pair is needed.
+inline consensus_search largest_consensus(const consensus_finder& finder, std::size_t sufficient = 0,
+                                          const execution& how = {}) {
+  constexpr std::size_t batch = 128;
+  std::vector<std::uint32_t> order(finder.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return finder.votes(a) > finder.votes(b); });
+  seed_consensus best = best_seed(finder, std::span(order).first(std::min(batch, order.size())), how);
+  if (sufficient > 0 && best.size >= sufficient) return {best, std::move(order)};
+
+  const auto bounds = consensus_bounds(finder, best.size, how);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return bounds[a] > bounds[b]; });
+  for (std::size_t begin = 0; begin < order.size(); begin += batch) {
+    const auto can_win = [&](std::uint32_t u) { return bounds[u] >= best.size; };
+    const auto next = std::span(order).subspan(begin, std::min(batch, order.size() - begin));
+    const auto end = std::partition_point(next.begin(), next.end(), can_win);
+    if (end == next.begin()) break;
+    const seed_consensus other = best_seed(finder, {next.begin(), end}, how);
+    if (other.beats(best)) best = other;
+    if (sufficient > 0 && best.size >= sufficient) break;
+  }
+  return {best, std::move(order)};
+}
+
+/// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
+/// the sets that promise most among the pairs it does not explain. `tolerance` is epsilon [m].
 inline std::vector<hypothesis> match_globally(const map_pair& maps, std::span<const triangle_pair> pairs,
                                               double tolerance, const global_matching_options& options = {},
                                               const execution& how = {}) {
   require_valid(options);
-  const auto sizes = consensus_sizes(maps, pairs, tolerance, how);
-  std::vector<std::size_t> seeds(pairs.size());
-  std::iota(seeds.begin(), seeds.end(), std::size_t(0));
-  std::stable_sort(seeds.begin(), seeds.end(),
-                   [&](std::size_t a, std::size_t b) { return sizes[a] > sizes[b]; });
-
-  const detail::distance_table source(maps.source, maps.horizontal), target(maps.target, maps.horizontal);
+  if (pairs.empty()) return {};
+  const consensus_finder finder(maps, pairs, tolerance, how);
+  const consensus_search search = largest_consensus(finder, options.sufficient, how);
   std::vector<hypothesis> hypotheses;
-  // Two correspondences fix a motion: a seed that shares two with a known hypothesis would lead to it again.
-  const auto explained = [&](const triangle_pair& pair) {
-    return std::any_of(hypotheses.begin(), hypotheses.end(), [&](const hypothesis& h) {
-      int shared = 0;
-      for (std::size_t i = 0; i < 3; ++i)
-        shared += stem_distance(h.target_from_source * maps.source.at[pair.source[i]],
-                                maps.target.at[pair.target[i]], maps.horizontal) < 2 * tolerance;
-      return shared >= 2;
-    });
-  };
-  int verified = 0;
-  for (const std::size_t seed : seeds) {
-    if (verified == options.most_seeds || hypotheses.size() == std::size_t(options.most_hypotheses)) break;
-    if (explained(pairs[seed])) continue;
-    std::vector<triangle_pair> consensus;
-    for (const triangle_pair& pair : pairs)
-      if (&pair == &pairs[seed] || globally_consistent(pairs[seed], pair, source, target, tolerance))
-        consensus.push_back(pair);
-    ++verified;
-    auto h = verify(maps, vote_correspondences(consensus), tolerance);
-    if (!h) continue;
+  const auto verify_seed = [&](std::size_t seed) {
+    const auto consensus = finder.consensus(seed);
+    auto h = verify(maps, vote_correspondences(pairs, consensus), tolerance);
+    if (!h) return;
     h->consensus = consensus.size();
-    const auto twin = std::find_if(hypotheses.begin(), hypotheses.end(), [&](const hypothesis& other) {
-      return !differ(*h, other, maps.source, 2 * tolerance);
-    });
-    if (twin == hypotheses.end())
-      hypotheses.push_back(std::move(*h));
-    else if (ranks_before(*h, *twin))
-      *twin = std::move(*h);
+    add_distinct(std::move(*h), hypotheses, maps);
+  };
+  verify_seed(search.best.seed);
+  int verified = 1;
+  for (const std::uint32_t seed : search.order) {
+    if (verified == options.most_seeds || hypotheses.size() == std::size_t(options.most_hypotheses)) break;
+    const auto explains = [&](const hypothesis& h) {
+      return leads_to(correspondences_of(pairs[seed]), h, maps);
+    };
+    if (std::any_of(hypotheses.begin(), hypotheses.end(), explains)) continue;
+    verify_seed(seed);
+    ++verified;
   }
   std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
   return hypotheses;

@@ -5,15 +5,19 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <compare>
 #include <cstddef>
+#include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <tuple>
+#include <utility>
 #include <vector>
 
-#include "globalmatch/neighbors.hpp"
+#include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/transform.hpp"
@@ -30,47 +34,75 @@ struct correspondence {
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
-  double tolerance = 0;       ///< [m] stems this near each other were paired
+  double tolerance = 0;  ///< [m] stems this near each other were paired
+  double log10_false_alarms =
+      0;                      ///< motions that chance would make pair as many stems; see `significance.hpp`
   double rms = 0;             ///< [m] distance of paired stems
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 
-/// Better supported first: more paired stems, then nearer ones.
+/// How much each step of matching left.
+struct matching_funnel {
+  std::size_t source_stems = 0, target_stems = 0;
+  std::size_t source_triangles = 0, target_triangles = 0;
+  std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
+  std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
+  std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
+};
+
+/// Less explainable by chance first, then more paired stems, then nearer ones.
 inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
-  const auto most = [](const hypothesis& h) { return h.correspondences.size(); };
-  return std::tuple(most(b), a.rms, b.consensus) < std::tuple(most(a), b.rms, a.consensus);
+  const auto merit = [](const hypothesis& h) {
+    return std::tuple(-h.log10_false_alarms, h.correspondences.size(), -h.rms, h.consensus);
+  };
+  return merit(a) > merit(b);
 }
 
-/// Two maps about to be matched, with what verification needs over and over.
+/// Two maps about to be matched, with what verification needs over and over. Refers to both.
 class map_pair {
  public:
   map_pair(const position_set& from, const position_set& onto, bool in_plan, degrees_of_freedom freedom)
-      : source(from),
-        target(onto),
-        horizontal(in_plan),
-        dof(freedom),
-        target_tree_(onto.size(), [&](std::size_t i) { return compared(onto.at[i]); }) {}
+      : map_pair(from, onto, std::make_shared<plan_index>(onto), in_plan, freedom) {}
+
+  /// `target_index` is that of `onto`.
+  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> target_index,
+           bool in_plan, degrees_of_freedom freedom)
+      : source(from), target(onto), horizontal(in_plan), dof(freedom), target_plan(std::move(target_index)) {}
 
   const position_set &source, &target;
   const bool horizontal;  ///< distances in plan
   const degrees_of_freedom dof;
+  const std::shared_ptr<const plan_index> target_plan;
 
-  /// Pairs every source stem with the target stem it is laid on, nearest first, one to one, within
-  /// `tolerance` [m].
-  std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source,
-                                         double tolerance) const {
+  /// Calls `visit(target stem, distance)` for the target stems nearer than `tolerance` [m] to a position.
+  template <class Visit>
+  void for_each_met(const Eigen::Vector3d& laid, double tolerance, const Visit& visit) const {
+    target_plan->for_each_within(laid.x(), laid.y(), tolerance, [&](stem_index t, double squared) {
+      if (!horizontal) {
+        squared = (laid - target.at[t]).squaredNorm();
+        if (squared >= tolerance * tolerance) return;
+      }
+      visit(t, std::sqrt(squared));
+    });
+  }
+
+  /// Pairs source stems with the target stems they are laid on, nearest first, one to one, within `tolerance`
+  /// [m]. Only source stems nearer to `center` than `radius` [m in plan] are looked at.
+  std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double tolerance,
+                                         const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
+                                         double radius = std::numeric_limits<double>::infinity()) const {
     std::vector<std::pair<double, correspondence>> candidates;
     for (stem_index s = 0; s < source.size(); ++s) {
-      const Eigen::Vector3d laid = compared(target_from_source * source.at[s]);
-      target_tree_.for_each_within({laid.x(), laid.y(), laid.z()}, tolerance,
-                                   [&](std::uint32_t t, double squared) {
-                                     candidates.push_back({squared, {s, static_cast<stem_index>(t)}});
-                                   });
+      if ((source.at[s] - center).head<2>().squaredNorm() > radius * radius) continue;
+      for_each_met(target_from_source * source.at[s], tolerance, [&](stem_index t, double distance) {
+        candidates.push_back({distance, {s, t}});
+      });
     }
     std::sort(candidates.begin(), candidates.end());
     std::vector<bool> source_taken(source.size()), target_taken(target.size());
     std::vector<correspondence> pairs;
-    for (const auto& [squared, c] : candidates) {
+    for (const auto& entry : candidates) {
+      const correspondence& c = entry.second;
       if (source_taken[c.source] || target_taken[c.target]) continue;
       source_taken[c.source] = target_taken[c.target] = true;
       pairs.push_back(c);
@@ -79,85 +111,132 @@ class map_pair {
     return pairs;
   }
 
-  /// Least squares motion over the correspondences, and the root mean square distance [m] it leaves.
-  std::optional<std::pair<Eigen::Isometry3d, double>> fit(std::span<const correspondence> pairs) const {
+  /// Least squares motion over the correspondences.
+  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs) const {
     std::vector<Eigen::Vector3d> from, to;
+    from.reserve(pairs.size());
+    to.reserve(pairs.size());
     for (const correspondence& c : pairs) {
       from.push_back(source.at[c.source]);
       to.push_back(target.at[c.target]);
     }
-    const auto motion = fit_transform(from, to, dof);
-    if (!motion) return std::nullopt;
+    return fit_transform(from, to, dof);
+  }
+
+  /// Distance [m] of two paired stems.
+  double misfit(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
+    return stem_distance(target_from_source * source.at[c.source], target.at[c.target], horizontal);
+  }
+
+  /// Root mean square distance [m] of paired stems.
+  double rms(const Eigen::Isometry3d& target_from_source, std::span<const correspondence> pairs) const {
     double squares = 0;
-    for (std::size_t i = 0; i < from.size(); ++i)
-      squares += std::pow(stem_distance(*motion * from[i], to[i], horizontal), 2);
-    return std::pair(*motion, std::sqrt(squares / double(from.size())));
+    for (const correspondence& c : pairs) squares += std::pow(misfit(target_from_source, c), 2);
+    return pairs.empty() ? 0 : std::sqrt(squares / double(pairs.size()));
   }
-
- private:
-  Eigen::Vector3d compared(const Eigen::Vector3d& p) const {
-    return {p.x(), p.y(), horizontal ? 0.0 : p.z()};
-  }
-
-  neighbor_tree<double, 3> target_tree_;
 };
 
 /// Drops the correspondence that fits worst until all lie within `tolerance` [m] of each other.
 inline std::vector<correspondence> drop_misfits(const map_pair& maps, std::span<const correspondence> start,
                                                 double tolerance) {
   std::vector<correspondence> pairs(start.begin(), start.end());
-  while (const auto fitted = maps.fit(pairs)) {
-    const auto misfit = [&](const correspondence& c) {
-      return stem_distance(fitted->first * maps.source.at[c.source], maps.target.at[c.target],
-                           maps.horizontal);
-    };
-    const auto worst = std::max_element(
-        pairs.begin(), pairs.end(),
-        [&](const correspondence& a, const correspondence& b) { return misfit(a) < misfit(b); });
-    if (misfit(*worst) < tolerance) break;
+  while (const auto motion = maps.fit(pairs)) {
+    const auto worst =
+        std::max_element(pairs.begin(), pairs.end(), [&](const correspondence& a, const correspondence& b) {
+          return maps.misfit(*motion, a) < maps.misfit(*motion, b);
+        });
+    if (maps.misfit(*motion, *worst) < tolerance) break;
     pairs.erase(worst);
   }
   return pairs;
 }
 
-/// Pairs all stems under the motion that most of `start` agree on, and fits it anew until the pairs stand.
-/// Nothing when fewer than three pairs are left.
+/// How far [m] two motions lay what is within `radius` of `center` apart, at most.
+inline double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                           const Eigen::Vector3d& center, double radius) {
+  const double turn = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+  return (a * center - b * center).norm() + turn * radius;
+}
+
+/// Pairs all stems under the motion that most of `start` agree on, and fits it anew until the pairs stand. A
+/// motion from a few stems is only good near them: pairing begins there and grows outwards. Nothing when
+/// fewer than three pairs are left.
 inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
                                         double tolerance) {
-  constexpr int rounds = 20;
+  constexpr int rounds = 20, rounds_on_the_way = 3;
+  constexpr double still = 0.01;  // of the tolerance
   std::vector<correspondence> pairs = drop_misfits(maps, start, tolerance);
+  if (pairs.empty()) return std::nullopt;
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  for (const correspondence& c : pairs) center += maps.source.at[c.source] / double(pairs.size());
+  const auto distance = [&](const Eigen::Vector3d& p) { return (p - center).head<2>().norm(); };
+  double started = 0, whole = 0;
+  for (const correspondence& c : pairs) started = std::max(started, distance(maps.source.at[c.source]));
+  for (const Eigen::Vector3d& p : maps.source.at) whole = std::max(whole, distance(p));
+
   hypothesis h;
   h.tolerance = tolerance;
-  for (int round = 0; round < rounds; ++round) {
-    const auto fitted = maps.fit(pairs);
-    if (!fitted) return std::nullopt;
-    h.target_from_source = fitted->first;
-    h.correspondences = maps.pair_stems(h.target_from_source, tolerance);
-    if (h.correspondences == pairs) break;
+  for (double radius = std::max(2 * started, 20 * tolerance);; radius *= 2) {
+    const bool last = radius >= whole;
+    for (int round = 0; round < (last ? rounds : rounds_on_the_way); ++round) {
+      const auto motion = maps.fit(pairs);
+      if (!motion) return std::nullopt;
+      const bool stands =
+          displacement(*motion, h.target_from_source, center, std::min(radius, whole)) < still * tolerance;
+      h.target_from_source = *motion;
+      h.correspondences =
+          last ? maps.pair_stems(*motion, tolerance) : maps.pair_stems(*motion, tolerance, center, radius);
+      if (stands || h.correspondences == pairs) break;
+      pairs = h.correspondences;
+    }
+    if (last) break;
     pairs = h.correspondences;
   }
   if (h.correspondences.size() < 3) return std::nullopt;
-  double squares = 0;
-  for (const correspondence& c : h.correspondences)
-    squares += std::pow(stem_distance(h.target_from_source * maps.source.at[c.source],
-                                      maps.target.at[c.target], maps.horizontal),
-                        2);
-  h.rms = std::sqrt(squares / double(h.correspondences.size()));
+  h.rms = maps.rms(h.target_from_source, h.correspondences);
   return h;
 }
 
 /// Whether two hypotheses lay the source stems paired by either at places that differ by more than `distance`
 /// [m] on average: they then are rivals and not two views of one motion.
-inline bool differ(const hypothesis& a, const hypothesis& b, const position_set& source, double distance) {
+inline bool differ(const hypothesis& a, const hypothesis& b, const map_pair& maps, double distance) {
   double sum = 0;
   std::size_t count = 0;
   for (const hypothesis* h : {&a, &b})
     for (const correspondence& c : h->correspondences) {
-      const Eigen::Vector3d& p = source.at[c.source];
-      sum += (a.target_from_source * p - b.target_from_source * p).norm();
+      const Eigen::Vector3d& p = maps.source.at[c.source];
+      sum += stem_distance(a.target_from_source * p, b.target_from_source * p, maps.horizontal);
       ++count;
     }
   return count == 0 || sum > distance * double(count);
+}
+
+/// Whether a triangle's motion would lead to a known hypothesis again: two correspondences fix a motion, so
+/// two shared ones that do not stand together are enough.
+inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypothesis& known,
+                     const map_pair& maps) {
+  constexpr double apart = 2;  // [m] of two stems that fix a motion
+  std::array<bool, 3> shared;
+  for (std::size_t i = 0; i < 3; ++i)
+    shared[i] = maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t j = (i + 1) % 3;
+    if (shared[i] && shared[j] &&
+        stem_distance(maps.target.at[triangle[i].target], maps.target.at[triangle[j].target], true) > apart)
+      return true;
+  }
+  return false;
+}
+
+/// Adds a hypothesis to distinct ones; where it is another view of one of them the better of both stays.
+inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses, const map_pair& maps) {
+  const auto twin = std::find_if(hypotheses.begin(), hypotheses.end(), [&](const hypothesis& other) {
+    return !differ(h, other, maps, 2 * std::max(h.tolerance, other.tolerance));
+  });
+  if (twin == hypotheses.end())
+    hypotheses.push_back(std::move(h));
+  else if (ranks_before(h, *twin))
+    *twin = std::move(h);
 }
 
 }  // namespace globalmatch

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <compare>
 #include <cstddef>
 #include <numeric>
 #include <stdexcept>
@@ -35,20 +36,27 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   set.has_heights = point_range<R>;
   const Eigen::Matrix3d levelling = levelling_rotation(up);
   if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
-  std::vector<Eigen::Vector3d> given;
-  for (const auto& p : positions) {
-    given.push_back(xyz(p));
-    if (!given.back().allFinite())
-      throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size() - 1) +
+  struct entry {
+    double x, y, z;
+    stem_index original;
+    auto operator<=>(const entry&) const = default;
+  };
+  std::vector<entry> given;
+  for (const auto& position : positions) {
+    const Eigen::Vector3d p = xyz(position);
+    if (!p.allFinite())
+      throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
+    given.push_back({p.x(), p.y(), p.z(), static_cast<stem_index>(given.size())});
   }
-  set.original.resize(given.size());
-  std::iota(set.original.begin(), set.original.end(), stem_index(0));
-  std::stable_sort(set.original.begin(), set.original.end(), [&](stem_index a, stem_index b) {
-    return std::lexicographical_compare(given[a].begin(), given[a].end(), given[b].begin(), given[b].end());
-  });
-  if (!given.empty()) set.frame.origin = given[set.original.front()];
-  for (const stem_index i : set.original) set.at.push_back(set.frame.to_local(given[i]));
+  std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
+  set.at.reserve(given.size());
+  set.original.reserve(given.size());
+  if (!given.empty()) set.frame.origin = {given.front().x, given.front().y, given.front().z};
+  for (const entry& e : given) {
+    set.at.push_back(set.frame.to_local({e.x, e.y, e.z}));
+    set.original.push_back(e.original);
+  }
   return set;
 }
 

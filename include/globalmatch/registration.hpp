@@ -35,6 +35,7 @@ inline registration_options paper_options() {
   options.mapping.verticality.threshold = 0.9;
   options.matching.triangles.neighbors = 20;
   options.matching.tolerance = 0.05;
+  options.matching.proposal = proposal::algorithm_1;
   options.matching.dof = degrees_of_freedom::four;
   options.icp.metric = icp_metric::point_to_point;
   return options;

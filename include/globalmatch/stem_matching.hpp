@@ -7,31 +7,46 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <memory>
 #include <optional>
+#include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/execution.hpp"
 #include "globalmatch/global_matching.hpp"
 #include "globalmatch/hypothesis.hpp"
+#include "globalmatch/indexed_matching.hpp"
 #include "globalmatch/local_matching.hpp"
+#include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/significance.hpp"
 #include "globalmatch/transform.hpp"
+#include "globalmatch/triangle_index.hpp"
 #include "globalmatch/triangles.hpp"
 #include "globalmatch/verdict.hpp"
 
 namespace globalmatch {
 
+/// How hypotheses come about.
+enum class proposal {
+  triangle_index,  ///< triangles look their likes up; for maps of any size (ours)
+  algorithm_1      ///< largest consensus set of all congruent triangles, [GM] 3.2; for some hundred stems
+};
+
 struct matching_options {
   degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
   bool horizontal = false;  ///< compare distances in plan; always so when a map has no heights (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
-  /// 0.05).
+  /// 0.05). Empty: the one at which the pairs are least explainable by chance.
   std::optional<double> tolerance = {};
-  triangle_options triangles = {};
-  global_matching_options global = {};
+  globalmatch::proposal proposal = proposal::triangle_index;
+  indexed_matching_options indexed = {};
+  triangle_options triangles = {};      ///< of `algorithm_1`
+  global_matching_options global = {};  ///< of `algorithm_1`
   verdict_options verdict = {};
 };
 
@@ -41,19 +56,11 @@ inline void require_valid(const matching_options& options) {
     throw std::invalid_argument("tolerance must be positive");
   if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
     throw std::invalid_argument("dof must be four or six");
+  require_valid(options.indexed);
   require_valid(options.triangles);
   require_valid(options.global);
   require_valid(options.verdict);
 }
-
-/// How much each step of matching left.
-struct matching_funnel {
-  std::size_t source_stems = 0, target_stems = 0;
-  std::size_t source_triangles = 0, target_triangles = 0;
-  std::size_t local_pairs = 0;      ///< congruent triangle pairs
-  std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
-  std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
-};
 
 /// What came of matching, with the evidence to trust or reject it.
 struct matching {
@@ -66,48 +73,178 @@ struct matching {
   matching_funnel funnel;
 };
 
+namespace detail {
+
+inline matching cancelled_matching(const operation_cancelled& e) {
+  matching result;
+  result.outcome = outcome::cancelled;
+  result.reason = e.what();
+  return result;
+}
+
+/// From the levelled local frames of two position sets to the frames and indices of their callers.
+inline void in_caller_frames(hypothesis& h, const position_set& source, const position_set& target) {
+  h.target_from_source =
+      target.frame.local_from_scan().inverse() * h.target_from_source * source.frame.local_from_scan();
+  for (correspondence& c : h.correspondences) c = {source.original[c.source], target.original[c.target]};
+  std::sort(h.correspondences.begin(), h.correspondences.end());
+}
+
+}  // namespace detail
+
+/// A stem map that many others are matched against: its stems, and what is looked up in them. Immutable once
+/// made, owns its data, may be shared by threads.
+struct prepared_map {
+  position_set stems;
+  std::shared_ptr<const plan_index> plan;
+  triangle_index triangles;
+  bool horizontal = false;  ///< edges of the triangles are measured in plan
+};
+
+namespace detail {
+
+/// Tolerances [m] that hypotheses are proposed at, and those that they may be paired at in the end: scans of
+/// one instrument agree to centimetres, mobile lidar to decimetres, field surveys to half a metre.
+inline const std::vector<double> proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
+inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
+                                                       0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
+
+/// Neighbours of a stem that make triangles: in small maps every triangle counts.
+inline std::size_t neighbors_for_index(std::size_t stems, const indexed_matching_options& options) {
+  constexpr std::size_t few_stems = 100;
+  const auto usual = std::size_t(options.target_neighbors);
+  return stems <= few_stems ? std::max(usual, std::size_t(options.neighbors_of_few)) : usual;
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+inline prepared_map prepare_positions(position_set stems, bool horizontal,
+                                      const indexed_matching_options& options, const execution& how) {
+  prepared_map map{std::move(stems), nullptr, {}, horizontal};
+  map.plan = std::make_shared<plan_index>(map.stems);
+  map.triangles =
+      triangle_index(map.stems, *map.plan, horizontal, neighbors_for_index(map.stems.size(), options), how);
+  return map;
+}
+
+/// Ranked hypotheses by `algorithm_1` at one tolerance.
+inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double tolerance,
+                                                    const matching_options& options, matching_funnel& funnel,
+                                                    const execution& how) {
+  const auto source_triangles = build_triangles(maps.source, maps.horizontal, options.triangles);
+  const auto target_triangles = build_triangles(maps.target, maps.horizontal, options.triangles);
+  const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
+  funnel.source_triangles = source_triangles.size();
+  funnel.target_triangles = target_triangles.size();
+  funnel.local_pairs = pairs.size();
+  return match_globally(maps, pairs, tolerance, options.global, how);
+}
+
+/// Proposes at one tolerance after the other, the finest first, until chance no longer explains what is
+/// found; then judges all there is.
+inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
+                                       const matching_options& options, matching_funnel& funnel,
+                                       const execution& how) {
+  const auto given = options.tolerance ? std::vector{*options.tolerance} : std::vector<double>{};
+  const auto& proposing = given.empty() ? proposal_tolerances : given;
+  const auto& pairing = given.empty() ? pairing_tolerances : given;
+  const chance by_chance(maps);
+  const plan_index source_plan =
+      options.proposal == proposal::triangle_index ? plan_index(maps.source) : plan_index();
+  std::vector<hypothesis> hypotheses;
+  for (const double tolerance : proposing) {
+    std::vector<hypothesis> proposed;
+    if (options.proposal == proposal::triangle_index) {
+      proposed = match_by_index(maps, source_plan, target.triangles, tolerance, by_chance, pairing,
+                                options.indexed, funnel, how);
+    } else {
+      proposed = propose_exhaustively(maps, tolerance, options, funnel, how);
+      for (hypothesis& h : proposed) weigh(h, maps, by_chance, pairing);
+    }
+    for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
+    std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+    if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
+  }
+  // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
+  for (std::size_t i = 1; i < hypotheses.size(); ++i)
+    weigh(hypotheses[i], maps, by_chance, std::span(&hypotheses.front().tolerance, 1));
+  std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+  return hypotheses;
+}
+
+/// Matches positions against a prepared map; their frames may be levelled by different ups.
+inline matching match_prepared(const position_set& source, const prepared_map& target,
+                               const matching_options& options, const execution& how) {
+  require_valid(options);
+  if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
+    throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
+  matching result;
+  result.horizontal = target.horizontal;
+  const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof);
+  result.funnel.source_stems = source.size();
+  result.funnel.target_stems = target.stems.size();
+  result.hypotheses = propose(maps, target, options, result.funnel, how);
+  const verdict judged = judge(result.hypotheses, source, target.stems, options.verdict);
+  result.outcome = judged.outcome;
+  result.reason = judged.reason;
+  for (hypothesis& h : result.hypotheses) in_caller_frames(h, source, target.stems);
+  if (!result.hypotheses.empty()) {
+    const hypothesis& best = result.hypotheses.front();
+    result.tolerance = best.tolerance;
+    result.funnel.consensus = best.consensus;
+    result.funnel.correspondences = best.correspondences.size();
+    if (result.outcome == outcome::registered) result.target_from_source = best.target_from_source;
+  } else {
+    result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
+  }
+  return result;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
+
 inline namespace GLOBALMATCH_THREADING {
 
 /// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions that
 /// are already behind the border.
-inline matching match_positions(const position_set& source, const position_set& target,
+inline matching match_positions(const position_set& source, position_set target,
                                 const matching_options& options = {}, const execution& how = {}) {
   require_valid(options);
-  constexpr double paper_tolerance = 0.05;  // [m] [GM] 3.2.2
-  matching result;
-  result.horizontal = options.horizontal || !source.has_heights || !target.has_heights;
-  result.tolerance = options.tolerance.value_or(paper_tolerance);
-  if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.has_heights))
-    throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
-  const map_pair maps(source, target, result.horizontal, options.dof);
+  const bool horizontal = options.horizontal || !source.has_heights || !target.has_heights;
+  if (options.proposal == proposal::triangle_index)
+    return detail::match_prepared(
+        source, detail::prepare_positions(std::move(target), horizontal, options.indexed, how), options, how);
+  prepared_map unindexed{std::move(target), nullptr, {}, horizontal};
+  unindexed.plan = std::make_shared<plan_index>(unindexed.stems);
+  return detail::match_prepared(source, unindexed, options, how);
+}
 
-  const auto source_triangles = build_triangles(source, result.horizontal, options.triangles);
-  const auto target_triangles = build_triangles(target, result.horizontal, options.triangles);
-  const auto pairs = match_locally(source_triangles, target_triangles, result.tolerance, how);
-  result.hypotheses = match_globally(maps, pairs, result.tolerance, options.global, how);
-  const verdict judged = judge(result.hypotheses, source, target, options.verdict);
+/// Prepares a map that many others are matched against. Positions as in `match_stems`; `options.horizontal`
+/// says whether the matches will compare in plan, as they must when they have no heights. Throws as
+/// `match_stems` does, and `operation_cancelled` when the progress callback says so. Cost: linear in the
+/// stems.
+template <position_range R>
+prepared_map prepare_map(const R& stems, const matching_options& options = {},
+                         const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+  require_valid(options);
+  position_set set = import_positions(stems, up, "stems");
+  const bool horizontal = options.horizontal || !set.has_heights;
+  return detail::prepare_positions(std::move(set), horizontal, options.indexed, how);
+}
 
-  result.outcome = judged.outcome;
-  result.reason = judged.reason;
-  result.funnel = {.source_stems = source.size(),
-                   .target_stems = target.size(),
-                   .source_triangles = source_triangles.size(),
-                   .target_triangles = target_triangles.size(),
-                   .local_pairs = pairs.size()};
-  for (hypothesis& h : result.hypotheses) {
-    const Eigen::Isometry3d target_local = target.frame.local_from_scan(),
-                            source_local = source.frame.local_from_scan();
-    h.target_from_source = target_local.inverse() * h.target_from_source * source_local;
-    for (correspondence& c : h.correspondences) c = {source.original[c.source], target.original[c.target]};
-    std::sort(h.correspondences.begin(), h.correspondences.end());
+/// Matches positions against a prepared map. Throws `std::invalid_argument` also when the map was prepared
+/// for distances with heights and these have none.
+template <position_range Source>
+matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},
+                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+  const position_set set = import_positions(source, up, "source");
+  if (!target.horizontal && (options.horizontal || !set.has_heights))
+    throw std::invalid_argument("target was prepared for distances with heights; prepare it with horizontal");
+  try {
+    return detail::match_prepared(set, target, options, how);
+  } catch (const operation_cancelled& e) {
+    return detail::cancelled_matching(e);
   }
-  if (!result.hypotheses.empty()) {
-    result.funnel.consensus = result.hypotheses.front().consensus;
-    result.funnel.correspondences = result.hypotheses.front().correspondences.size();
-  }
-  if (result.outcome == outcome::registered)
-    result.target_from_source = result.hypotheses.front().target_from_source;
-  return result;
 }
 
 /// Finds the motion that lays the source stems on the target stems, from their relative positions alone.
@@ -122,10 +259,7 @@ matching match_stems(const Source& source, const Target& target, const matching_
     return match_positions(import_positions(source, up, "source"), import_positions(target, up, "target"),
                            options, how);
   } catch (const operation_cancelled& e) {
-    matching result;
-    result.outcome = outcome::cancelled;
-    result.reason = e.what();
-    return result;
+    return detail::cancelled_matching(e);
   }
 }
 

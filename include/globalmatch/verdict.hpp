@@ -44,6 +44,12 @@ inline std::string_view to_string(outcome o) {
 struct verdict_options {
   int least_correspondences = 4;  ///< stems in both maps (ours)
   double least_spread = 0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
+  /// Motions that chance would make pair as many stems: fewer are expected of one that is to be trusted
+  /// (ours).
+  double most_false_alarms = 1e-3;
+  /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
+  /// (ours).
+  double rival_share = 0.5;
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -51,6 +57,10 @@ inline void require_valid(const verdict_options& options) {
   if (options.least_correspondences < 3)
     throw std::invalid_argument("verdict.least_correspondences must be at least 3");
   if (!(options.least_spread >= 0)) throw std::invalid_argument("verdict.least_spread must not be negative");
+  if (!(options.most_false_alarms > 0))
+    throw std::invalid_argument("verdict.most_false_alarms must be positive");
+  if (!(options.rival_share > 0 && options.rival_share <= 1))
+    throw std::invalid_argument("verdict.rival_share must lie in (0, 1]");
 }
 
 struct verdict {
@@ -77,9 +87,9 @@ inline double spread_in_plan(const hypothesis& h, const position_set& source) {
 
 }  // namespace detail
 
-/// A simple rule until chance is measured: enough stems, not in a line, and more than the runner-up pairs by
-/// at least the counting error sqrt(n1 + n2) of the two numbers. `hypotheses` are ranked, distinct, of one
-/// tolerance.
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, and
+/// no rival that explains the stems nearly as well. `hypotheses` are ranked, distinct, and weighed against
+/// chance at one tolerance.
 inline verdict judge(std::span<const hypothesis> hypotheses, const position_set& source,
                      const position_set& target, const verdict_options& options = {}) {
   require_valid(options);
@@ -99,13 +109,15 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const position_set&
     return {outcome::not_registered,
             "matching: the " + std::to_string(best) +
                 " paired stems lie in a line; scans with a wider overlap are needed"};
-  if (hypotheses.size() > 1) {
-    const std::size_t second = hypotheses[1].correspondences.size();
-    if (double(best) - double(second) < std::sqrt(double(best + second)))
-      return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
-                                      " stems and another one " + std::to_string(second) +
-                                      "; more overlap is needed to tell them apart"};
-  }
+  const double alarms = hypotheses.front().log10_false_alarms;
+  if (alarms > std::log10(options.most_false_alarms))
+    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
+                                         " stems, which chance explains; more overlap is needed"};
+  if (hypotheses.size() > 1 && hypotheses[1].log10_false_alarms <= options.rival_share * alarms)
+    return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
+                                    " stems and another one " +
+                                    std::to_string(hypotheses[1].correspondences.size()) +
+                                    "; more overlap is needed to tell them apart"};
   return {outcome::registered, ""};
 }
 

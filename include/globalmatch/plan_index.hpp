@@ -1,0 +1,96 @@
+// Which stems stand around a place in plan, for maps of any size and shape.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "globalmatch/neighbors.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/position_set.hpp"
+#include "globalmatch/wrapped_grid.hpp"
+
+namespace globalmatch {
+
+/// Immutable index over the plan positions of a map. Built in O(n).
+class plan_index {
+ public:
+  plan_index() = default;
+
+  explicit plan_index(const position_set& stems) : spacing_(typical_spacing(stems)) {
+    grid_ = wrapped_grid<double, 2>(stems.size(), spacing_, [&](std::size_t i) {
+      return std::array{stems.at[i].x(), stems.at[i].y()};
+    });
+    at_.reserve(stems.size());
+    for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
+  }
+
+  std::size_t size() const { return at_.size(); }
+  /// Distance [m] of stems on a square grid of equal density.
+  double spacing() const { return spacing_; }
+
+  /// Calls `visit(stem, squared_distance)` for the stems nearer to (x, y) than `radius`.
+  template <class Visit>
+  void for_each_within(double x, double y, double radius, const Visit& visit) const {
+    grid_.for_each_near({x, y}, radius, [&](const auto& item) {
+      const double dx = item.at[0] - x, dy = item.at[1] - y, squared = dx * dx + dy * dy;
+      if (squared < radius * radius) visit(static_cast<stem_index>(item.index), squared);
+    });
+  }
+
+  /// The `k` stems nearest to stem `i`, but not itself, ordered by (distance, index); fewer when there are
+  /// fewer. `found` is reused memory.
+  void nearest(std::size_t i, std::size_t k, std::vector<neighbor<double>>& found) const {
+    k = std::min(k, at_.size() - 1);
+    for (double radius = 1.5 * spacing_;; radius *= 2) {
+      found.clear();
+      std::size_t in_reach = 0;
+      grid_.for_each_near({at_[i].x(), at_[i].y()}, radius, [&](const auto& item) {
+        ++in_reach;
+        const double squared = (at_[item.index] - at_[i]).squaredNorm();
+        if (item.index != i && squared < radius * radius) found.push_back({item.index, squared});
+      });
+      if (found.size() >= k || in_reach == at_.size()) break;
+    }
+    if (found.size() < k) all_others(i, found);  // the corners of the last box
+    std::partial_sort(found.begin(), found.begin() + std::ptrdiff_t(k), found.end());
+    found.resize(k);
+  }
+
+ private:
+  /// From the middle 80 % of the stems in both coordinates, so that outliers do not count.
+  static double typical_spacing(const position_set& stems) {
+    constexpr double least = 0.1;  // [m]
+    if (stems.size() < 2) return 1;
+    double area = 1;
+    for (int axis = 0; axis < 2; ++axis) {
+      std::vector<double> values;
+      values.reserve(stems.size());
+      for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
+      const auto low = values.begin() + std::ptrdiff_t(values.size() / 10);
+      const auto high = values.end() - 1 - std::ptrdiff_t(values.size() / 10);
+      std::nth_element(values.begin(), low, values.end());
+      const double lowest = *low;
+      std::nth_element(values.begin(), high, values.end());
+      area *= std::max(least, *high - lowest);
+    }
+    return std::max(least, std::sqrt(area / (0.64 * double(stems.size()))));
+  }
+
+  void all_others(std::size_t i, std::vector<neighbor<double>>& found) const {
+    found.clear();
+    for (std::uint32_t j = 0; j < at_.size(); ++j)
+      if (j != i) found.push_back({j, (at_[j] - at_[i]).squaredNorm()});
+  }
+
+  double spacing_ = 1;
+  std::vector<Eigen::Vector2d> at_;
+  wrapped_grid<double, 2> grid_;
+};
+
+}  // namespace globalmatch

@@ -1,0 +1,161 @@
+// Significance: could so many stems meet by chance? In: a target map's density. Out: the number of transforms
+// that would do as well if the maps had nothing to do with each other. An a-contrario measure after
+// [DMM] Desolneux, Moisan and Morel 2000, Meaningful alignments, Int. J. Computer Vision 40(1); as there, the
+// fewer false alarms are expected, the less chance explains.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/neighbors.hpp"
+#include "globalmatch/position_set.hpp"
+
+namespace globalmatch {
+
+/// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
+/// with probability `p`, at least `successes` succeed: -tries * KL(successes / tries || p) (Hoeffding 1963).
+inline double log_binomial_tail(double successes, double tries, double p) {
+  if (successes <= tries * p || tries <= 0) return 0;
+  if (p <= 0) return -std::numeric_limits<double>::infinity();
+  const double share = std::min(1.0, successes / tries);
+  const double misses = share < 1 ? (1 - share) * std::log((1 - share) / (1 - p)) : 0;
+  return -tries * (share * std::log(share / p) + misses);
+}
+
+/// What chance can do between two maps. Refers to them.
+class chance {
+ public:
+  /// Cost: linear in the stems.
+  explicit chance(const map_pair& maps) : maps_(maps) {
+    constexpr std::size_t neighbors = 6, most_looked_at = 2048;
+    source_extent_ = extent(maps.source);
+    target_extent_ = extent(maps.target);
+    const std::size_t size = maps.target.size(),
+                      k = std::min(neighbors, size - std::min<std::size_t>(size, 1));
+    const std::size_t step = (size + most_looked_at - 1) / most_looked_at;
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t i = 0; k >= 2 && i < size; i += step) {
+      maps.target_plan->nearest(i, k, nearest);
+      const double area = std::numbers::pi * nearest.back().squared_distance;
+      densities_.push_back(area > 0 ? double(k - 1) / area : std::numeric_limits<double>::infinity());
+    }
+    auto sorted = densities_;
+    const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    if (!sorted.empty()) stem_radius_ = 1 / std::sqrt(std::numbers::pi * *middle);
+  }
+
+  /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance:
+  /// mean over places where target stems stand, so that it is not too small where they stand in clumps.
+  /// Heights, which would make it smaller, are left out.
+  double of_meeting(double tolerance) const {
+    if (densities_.empty()) return 1;
+    double sum = 0;
+    for (const double density : densities_)
+      sum += -std::expm1(-density * std::numbers::pi * tolerance * tolerance);
+    return sum / double(densities_.size());
+  }
+
+  /// What a motion makes of source stems.
+  struct landing {
+    double expected = 0;          ///< stems laid where target stems stand around
+    std::vector<double> misfits;  ///< [m] from the nearest target stem, increasing, where one is near
+    double weight = 1;            ///< stems that each of these stands for
+    double matched(double tolerance) const {
+      return weight * double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
+    }
+  };
+
+  /// Lays source stems, of large maps some thousands from all over, and looks for target stems within `reach`
+  /// [m] of them.
+  landing lay(const Eigen::Isometry3d& target_from_source, double reach) const {
+    constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
+    constexpr std::size_t most_laid = 8192;
+    const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
+    landing result;
+    result.weight = double(step);
+    for (std::size_t s = 0; s < maps_.source.size(); s += step) {
+      const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
+      bool among = false;
+      double nearest = reach;
+      maps_.target_plan->for_each_within(
+          laid.x(), laid.y(), std::max(reach, radii * stem_radius_), [&](stem_index t, double squared) {
+            among = among || squared < std::pow(radii * stem_radius_, 2);
+            nearest = std::min(nearest, stem_distance(laid, maps_.target.at[t], maps_.horizontal));
+          });
+      result.expected += among ? result.weight : 0;
+      if (nearest < reach) result.misfits.push_back(nearest);
+    }
+    std::sort(result.misfits.begin(), result.misfits.end());
+    return result;
+  }
+
+  /// Logarithm to base 10 of the expected number of false alarms: motions in plan that can be told apart and
+  /// that would, by chance, pair `matched` of `expected` stems within `tolerance` [m]. Two of the pairs fix
+  /// the motion and tell nothing. Below 0 chance is an unlikely explanation.
+  double log10_false_alarms(double matched, double expected, double tolerance) const {
+    const double shifts = std::max(1.0, (source_extent_ + target_extent_) / tolerance);
+    const double turns =
+        std::max(1.0, std::numbers::pi * std::min(source_extent_, target_extent_) / tolerance);
+    const double tries = std::max(expected, matched);
+    const double tail = matched > 2 ? log_binomial_tail(matched - 2, tries - 2, of_meeting(tolerance)) : 0;
+    return (2 * std::log(shifts) + std::log(turns) + tail) / std::numbers::ln10;
+  }
+
+ private:
+  /// Of the middle 80 % in both coordinates, scaled to all: outliers do not count.
+  static double extent(const position_set& stems) {
+    double largest = 0;
+    for (int axis = 0; axis < 2 && stems.size() > 0; ++axis) {
+      std::vector<double> values;
+      for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
+      const auto tenth = std::ptrdiff_t(values.size() / 10);
+      const auto low = values.begin() + tenth, high = values.end() - 1 - tenth;
+      std::nth_element(values.begin(), low, values.end());
+      const double lowest = *low;
+      std::nth_element(values.begin(), high, values.end());
+      largest = std::max(largest, (*high - lowest) / 0.8);
+    }
+    return largest;
+  }
+
+  const map_pair& maps_;
+  double source_extent_ = 0, target_extent_ = 0;  // [m]
+  double stem_radius_ = 0;                        // [m] of the circle that holds one stem
+  std::vector<double> densities_;                 // [1 / m^2] of target stems, around some of them
+};
+
+/// Judges a hypothesis against chance, and pairs and fits it anew at the tolerance [m] among `tolerances`,
+/// increasing, at which chance explains least.
+inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
+                  std::span<const double> tolerances) {
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back());
+    const double before = h.tolerance;
+    h.log10_false_alarms = std::numeric_limits<double>::infinity();
+    for (const double tolerance : tolerances) {
+      const double alarms =
+          by_chance.log10_false_alarms(landing.matched(tolerance), landing.expected, tolerance);
+      if (alarms < h.log10_false_alarms) {
+        h.log10_false_alarms = alarms;
+        h.tolerance = tolerance;
+      }
+    }
+    if (round > 0 && h.tolerance == before) break;
+    if (const auto motion = maps.fit(maps.pair_stems(h.target_from_source, h.tolerance)))
+      h.target_from_source = *motion;
+  }
+  h.correspondences = maps.pair_stems(h.target_from_source, h.tolerance);
+  h.rms = maps.rms(h.target_from_source, h.correspondences);
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,95 @@
+// A grid over points of two or three dimensions that wraps around, so that its size follows from the number
+// of points and not from how far apart they lie. In: points. Out: those in a box, in order of their cells.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace globalmatch {
+
+/// Immutable; safe to query from several threads. Built in O(n); a query looks at the points of the box's
+/// cells and at those that far away places have wrapped onto them.
+template <class T, std::size_t Dimension>
+class wrapped_grid {
+ public:
+  using point = std::array<T, Dimension>;
+  struct item {
+    point at;
+    std::uint32_t index;
+  };
+
+  wrapped_grid() = default;
+
+  /// `at(i)` returns point i of `count` as a `point`; `cell` is the width of cells in the unit of the points.
+  template <class At>
+  wrapped_grid(std::size_t count, T cell, const At& at) : per_unit_(1 / cell) {
+    while ((std::size_t(1) << (bits_ * Dimension)) < 2 * count && (bits_ + 1) * Dimension <= 30) ++bits_;
+    std::vector<std::uint32_t> cell_of(count);
+    first_.assign((std::size_t(1) << (bits_ * Dimension)) + 1, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+      std::array<std::int64_t, Dimension> c;
+      const point p = at(i);
+      for (std::size_t d = 0; d < Dimension; ++d) c[d] = cell_index(p[d]);
+      cell_of[i] = bucket(c);
+      ++first_[cell_of[i] + 1];
+    }
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    items_.resize(count);
+    std::vector<std::uint32_t> place(first_.begin(), first_.end() - 1);
+    for (std::uint32_t i = 0; i < count; ++i) items_[place[cell_of[i]]++] = {at(i), i};
+  }
+
+  std::size_t size() const { return items_.size(); }
+
+  /// Calls `visit(item)` for the points within `reach` of `center` in every coordinate, each once; the order
+  /// depends on the points alone.
+  template <class Visit>
+  void for_each_near(const point& center, T reach, const Visit& visit) const {
+    std::array<std::int64_t, Dimension> low, high;
+    for (std::size_t d = 0; d < Dimension; ++d) {
+      low[d] = cell_index(center[d] - reach);
+      high[d] = std::min(cell_index(center[d] + reach), low[d] + (std::int64_t(1) << bits_) - 1);
+    }
+    std::array<std::int64_t, Dimension> c = low;
+    while (true) {
+      const std::uint32_t b = bucket(c);
+      for (std::uint32_t k = first_[b]; k < first_[b + 1]; ++k)
+        if (is_near(items_[k].at, center, reach)) visit(items_[k]);
+      std::size_t d = 0;
+      while (d < Dimension && c[d] == high[d]) c[d] = low[d], ++d;
+      if (d == Dimension) return;
+      ++c[d];
+    }
+  }
+
+ private:
+  std::int64_t cell_index(T value) const {
+    constexpr T far = T(1e15);  // beyond any map, within any integer
+    return static_cast<std::int64_t>(std::floor(std::clamp(value * per_unit_, -far, far)));
+  }
+
+  std::uint32_t bucket(const std::array<std::int64_t, Dimension>& c) const {
+    const std::int64_t mask = (std::int64_t(1) << bits_) - 1;
+    std::int64_t b = 0;
+    for (std::size_t d = Dimension; d-- > 0;) b = (b << bits_) | (c[d] & mask);
+    return static_cast<std::uint32_t>(b);
+  }
+
+  static bool is_near(const point& p, const point& center, T reach) {
+    bool near = true;
+    for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= reach;
+    return near;
+  }
+
+  T per_unit_ = 1;
+  unsigned bits_ = 0;                          // of the cell number in each dimension
+  std::vector<std::uint32_t> first_ = {0, 0};  // where each cell's items begin
+  std::vector<item> items_;
+};
+
+}  // namespace globalmatch

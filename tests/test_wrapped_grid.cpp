@@ -1,0 +1,88 @@
+#include "globalmatch/wrapped_grid.hpp"
+
+#include <algorithm>
+#include <set>
+
+#include "catch.hpp"
+#include "globalmatch/random.hpp"
+
+namespace globalmatch {
+
+namespace {
+
+using point2 = std::array<double, 2>;
+
+std::vector<point2> random_points(std::size_t count, double extent, random_source& random) {
+  std::vector<point2> points(count);
+  for (point2& p : points)
+    for (double& c : p) c = extent * (random.uniform() - 0.5);
+  return points;
+}
+
+/// Indices of the points in a box, each as often as it was visited.
+std::vector<std::uint32_t> found_near(const wrapped_grid<double, 2>& grid, const point2& center,
+                                      double reach) {
+  std::vector<std::uint32_t> found;
+  grid.for_each_near(center, reach, [&](const auto& item) { found.push_back(item.index); });
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::vector<std::uint32_t> brute_force(const std::vector<point2>& points, const point2& center,
+                                       double reach) {
+  std::vector<std::uint32_t> found;
+  for (std::uint32_t i = 0; i < points.size(); ++i)
+    if (std::abs(points[i][0] - center[0]) <= reach && std::abs(points[i][1] - center[1]) <= reach)
+      found.push_back(i);
+  return found;
+}
+
+}  // namespace
+
+TEST_CASE("a wrapped grid finds what brute force finds, each point once, for cells and boxes of any size") {
+  random_source random(1);
+  for (const std::size_t count : {0u, 1u, 2u, 7u, 100u, 1000u}) {
+    const auto points = random_points(count, 100, random);
+    for (const double cell : {0.01, 1.0, 30.0, 1e4}) {
+      const wrapped_grid<double, 2> grid(count, cell, [&](std::size_t i) { return points[i]; });
+      REQUIRE(grid.size() == count);
+      for (const double reach : {0.0, 0.5, 10.0, 1e6}) {
+        const point2 center = random_points(1, 120, random).front();
+        CHECK(found_near(grid, center, reach) == brute_force(points, center, reach));
+      }
+    }
+  }
+}
+
+TEST_CASE("a wrapped grid holds points however far apart, and infinitely many at one place") {
+  random_source random(2);
+  auto points = random_points(200, 50, random);
+  points.push_back({1e12, -1e12});
+  points.push_back({-1e300, 1e300});
+  points.insert(points.end(), 100, {1, 1});
+  const wrapped_grid<double, 2> grid(points.size(), 1.0, [&](std::size_t i) { return points[i]; });
+  for (const point2& center : {point2{1e12, -1e12}, point2{-1e300, 1e300}, point2{1, 1}, point2{20, 20}})
+    CHECK(found_near(grid, center, 2) == brute_force(points, center, 2));
+}
+
+TEST_CASE("a wrapped grid of three dimensions finds what brute force finds") {
+  random_source random(3);
+  std::vector<std::array<float, 3>> points(2000);
+  for (auto& p : points)
+    for (float& c : p) c = static_cast<float>(15 * random.uniform());
+  const wrapped_grid<float, 3> grid(points.size(), 0.2f, [&](std::size_t i) { return points[i]; });
+  for (int query = 0; query < 50; ++query) {
+    const auto& center = points[random.below(2000)];
+    const float reach = 0.4f;
+    std::set<std::uint32_t> expected, found;
+    for (std::uint32_t i = 0; i < points.size(); ++i) {
+      bool near = true;
+      for (std::size_t d = 0; d < 3; ++d) near = near && std::abs(points[i][d] - center[d]) <= reach;
+      if (near) expected.insert(i);
+    }
+    grid.for_each_near(center, reach, [&](const auto& item) { CHECK(found.insert(item.index).second); });
+    CHECK(found == expected);
+  }
+}
+
+}  // namespace globalmatch
