@@ -228,4 +228,45 @@ TEST_CASE("icp options that make no sense are named") {
   CHECK_THAT(message_of(&icp_options::metric, static_cast<icp_metric>(9)), Catch::Contains("icp.metric"));
 }
 
+TEST_CASE("points of a layer with normals are only paired when they face the same way") {
+  // One scanner sees the front halves of stems, the other one the backs and some of the flanks.
+  const auto half_stems = [](double from, double to) {
+    icp_layer seen;
+    for (int tree = 0; tree < 12; ++tree)
+      for (int k = 0; k < 40; ++k)
+        for (int level = 0; level < 8; ++level) {
+          const double angle = from + (to - from) * k / 39.0;
+          const Eigen::Vector3d outward(std::cos(angle), std::sin(angle), 0);
+          const Eigen::Vector3d foot(3.0 * (tree % 4), 4.0 * (tree / 4) + 0.5 * (tree % 3), 0);
+          seen.source.push_back(foot + 0.15 * outward + Eigen::Vector3d(0, 0, 0.3 * level));
+          seen.source_normals.push_back(outward);
+        }
+    return seen;
+  };
+  const icp_layer front = half_stems(-0.7, 2.4), back = half_stems(2.0, 5.4);
+  icp_layer both = {front.source, back.source};
+  const auto error = [&](const icp_layer& layer) {
+    const icp_result result =
+        refine_by_icp(std::vector{layer}, Eigen::Isometry3d::Identity(), degrees_of_freedom::four);
+    return (result.target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm();
+  };
+  const double without = error(both);
+  both.source_normals = front.source_normals;
+  both.target_normals = back.source_normals;
+  CHECK(without > 0.02);
+  CHECK(error(both) < 0.005);
+}
+
+TEST_CASE("normals must be given for all points of both scans, or for none") {
+  icp_layer layer;
+  layer.source = layer.target = std::vector<Eigen::Vector3d>(10, Eigen::Vector3d::Zero());
+  layer.source_normals = std::vector<Eigen::Vector3d>(10, Eigen::Vector3d::UnitZ());
+  const auto refine = [&] {
+    refine_by_icp(std::vector{layer}, Eigen::Isometry3d::Identity(), degrees_of_freedom::four);
+  };
+  CHECK_THROWS_WITH(refine(), Catch::Contains("normals must be given"));
+  layer.target_normals = std::vector<Eigen::Vector3d>(9, Eigen::Vector3d::UnitZ());
+  CHECK_THROWS_WITH(refine(), Catch::Contains("normals must be given"));
+}
+
 }  // namespace globalmatch

@@ -54,6 +54,9 @@ inline void require_valid(const icp_options& options) {
 /// stems do not crowd out sparse ground.
 struct icp_layer {
   std::vector<Eigen::Vector3d> source, target;
+  /// Outward unit normals of both, where they are known, or empty. Only points that face the same way are
+  /// then paired: two scanners on either side of a stem see different sides of it.
+  std::vector<Eigen::Vector3d> source_normals = {}, target_normals = {};
 };
 
 struct icp_result {
@@ -87,17 +90,25 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
 
 /// One layer, ready for queries.
 struct icp_surface {
-  std::vector<Eigen::Vector3d> source, target, normals;
+  std::vector<Eigen::Vector3d> source, source_normals, target, normals;
+  bool faces;                     // the normals point outwards
   neighbor_tree<double, 3> tree;  // of the target
 
   icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options)
       : target(std::move(layer.target)),
+        faces(!layer.target_normals.empty()),
         tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
     const std::size_t step = (layer.source.size() + options.most_points - 1) / options.most_points;
-    for (std::size_t i = 0; i < layer.source.size(); i += step) source.push_back(layer.source[i]);
-    normals = options.metric == icp_metric::point_to_plane
-                  ? sample_normals(target, tree, options.plane_neighbors)
-                  : std::vector<Eigen::Vector3d>(target.size());
+    for (std::size_t i = 0; i < layer.source.size(); i += step) {
+      source.push_back(layer.source[i]);
+      if (faces) source_normals.push_back(layer.source_normals[i]);
+    }
+    if (faces)
+      normals = std::move(layer.target_normals);
+    else if (options.metric == icp_metric::point_to_plane)
+      normals = sample_normals(target, tree, options.plane_neighbors);
+    else
+      normals.resize(target.size());
   }
 };
 
@@ -151,16 +162,22 @@ inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& ta
       nearest_of[i] = nearest.front();
     }
   });
+  constexpr double same_way = 0.5;  // cosine of 60 degrees
+  const auto face_the_same_way = [&](std::size_t i) {
+    return !surface.faces || (target_from_source.linear() * surface.source_normals[i])
+                                     .dot(surface.normals[nearest_of[i].index]) > same_way;
+  };
   std::vector<double> distances;
-  for (const auto& n : nearest_of)
-    if (n.squared_distance < options.largest_distance * options.largest_distance)
-      distances.push_back(std::sqrt(n.squared_distance));
+  for (std::size_t i = 0; i < laid.size(); ++i)
+    if (nearest_of[i].squared_distance < options.largest_distance * options.largest_distance &&
+        face_the_same_way(i))
+      distances.push_back(std::sqrt(nearest_of[i].squared_distance));
   if (distances.empty()) return;
   const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   const double limit = std::min(options.largest_distance, options.trimming * *middle);
   for (std::size_t i = 0; i < laid.size(); ++i) {
-    if (nearest_of[i].squared_distance > limit * limit) continue;
+    if (nearest_of[i].squared_distance > limit * limit || !face_the_same_way(i)) continue;
     moved.push_back(laid[i]);
     partners.push_back(surface.target[nearest_of[i].index]);
     normals.push_back(surface.normals[nearest_of[i].index]);
@@ -181,6 +198,11 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   if (!coarse.matrix().allFinite()) throw std::invalid_argument("coarse must be finite");
   icp_result result;
   result.target_from_source = coarse;
+  for (const icp_layer& layer : layers)
+    if (layer.source_normals.empty() != layer.target_normals.empty() ||
+        (!layer.source_normals.empty() && (layer.source_normals.size() != layer.source.size() ||
+                                           layer.target_normals.size() != layer.target.size())))
+      throw std::invalid_argument("layers: normals must be given for all points of both scans, or for none");
   std::erase_if(layers, [](const icp_layer& layer) { return layer.source.empty() || layer.target.empty(); });
   if (options.metric == icp_metric::none || layers.empty()) return result;
   const bool planes = options.metric == icp_metric::point_to_plane;

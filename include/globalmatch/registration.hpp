@@ -67,9 +67,19 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
     for (const Eigen::Vector3d& p : samples) local.push_back(map.terrain.frame.to_local(p));
     return local;
   };
+  const auto turned = [](const stem_map& map, const std::vector<Eigen::Vector3d>& normals) {
+    std::vector<Eigen::Vector3d> local;
+    for (const Eigen::Vector3d& n : normals) local.push_back(map.terrain.frame.local_from_scan_rotation * n);
+    return local;
+  };
   std::vector<icp_layer> layers = {
       {levelled(source, source.ground_samples), levelled(target, target.ground_samples)},
       {levelled(source, source.stem_samples), levelled(target, target.stem_samples)}};
+  if (source.stem_normals.size() == source.stem_samples.size() &&
+      target.stem_normals.size() == target.stem_samples.size()) {
+    layers.back().source_normals = turned(source, source.stem_normals);
+    layers.back().target_normals = turned(target, target.stem_normals);
+  }
   const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
   const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();
   icp_result result =

@@ -56,6 +56,7 @@ struct stem_map {
   double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
   std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
   std::vector<Eigen::Vector3d> stem_samples;    ///< thinned points on the stems, frame of the scan
+  std::vector<Eigen::Vector3d> stem_normals;    ///< unit, from the stem's axis to each of these
   mapping_funnel funnel;
   bool cancelled = false;  ///< the progress callback said so; nothing else is filled
 };
@@ -103,9 +104,14 @@ inline void collect_samples(const std::vector<stem_cylinder>& stems, const local
                             stem_map& map) {
   for (const Eigen::Vector3f& p : map.terrain.ground)
     map.ground_samples.push_back(map.terrain.frame.to_scan(p.cast<double>()));
+  const Eigen::Matrix3d scan_from_local = map.terrain.frame.local_from_scan_rotation.transpose();
   for (const stem_cylinder& s : stems)
-    for (const point_index i : s.support)
-      map.stem_samples.push_back(map.terrain.frame.to_scan(understory[i].cast<double>()));
+    for (const point_index i : s.support) {
+      const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - s.cylinder.point;
+      const Eigen::Vector3d outward = from_axis - from_axis.dot(s.cylinder.axis) * s.cylinder.axis;
+      map.stem_samples.push_back(map.terrain.frame.to_scan(p));
+      map.stem_normals.push_back(scan_from_local * outward.normalized());
+    }
 }
 
 }  // namespace detail

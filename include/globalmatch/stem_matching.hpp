@@ -251,7 +251,7 @@ matching match_stems(const Source& source, const prepared_map& target, const mat
 /// Positions are of the caller's types, with or without heights. `up` points away from the ground in both
 /// frames. No trustworthy motion is an answer: `outcome` and `reason` say so, and `target_from_source` is
 /// empty. Throws `std::invalid_argument` naming a bad option or a position that is not finite. Cost:
-/// quadratic in the locally matched triangle pairs.
+/// linear in the stems, n log n to sort them; with `proposal::algorithm_1` about quadratic.
 template <position_range Source, position_range Target>
 matching match_stems(const Source& source, const Target& target, const matching_options& options = {},
                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {

@@ -1,0 +1,108 @@
+// Made-up forests seen twice, for the matching benchmarks.
+#pragma once
+
+#include "globalmatch/random.hpp"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+namespace globalmatch::benchmarks {
+
+using positions = std::vector<Eigen::Vector3d>;
+
+/// How a map differs from the forest.
+struct view_options {
+  double noise = 0.01;        ///< [m] standard deviation of each coordinate
+  double detected = 0.85;     ///< share of the stems that are in the map
+  double false_stems = 0.10;  ///< added, as a share of those
+};
+
+/// Two maps of one forest and the true motion between them.
+struct two_maps {
+  positions source, target;
+  Eigen::Isometry3d target_from_source;
+};
+
+inline double uniform(random_source& random, double from, double to) {
+  return from + (to - from) * random.uniform();
+}
+
+inline Eigen::Vector3d gaussian(random_source& random, double sigma) {
+  return sigma * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
+}
+
+/// Height [m] of the ground.
+inline double relief(double x, double y) {
+  return 2 * std::sin(x / 17) + 1.5 * std::cos(y / 13);
+}
+
+/// Stems on `width` by `depth` [m]: "random" and "clumped" with 900 a hectare, "rows" 3 m apart with 12 cm of
+/// jitter.
+inline positions plant(std::string_view layout, double width, double depth, random_source& random) {
+  constexpr double density = 0.09, row_spacing = 3, jitter = 0.12, stems_a_clump = 12, clump_spread = 2.5;
+  positions stems;
+  const auto add = [&](double x, double y) { stems.push_back({x, y, relief(x, y)}); };
+  const auto count = std::size_t(width * depth * density);
+  if (layout == "random") {
+    for (std::size_t i = 0; i < count; ++i) add(uniform(random, 0, width), uniform(random, 0, depth));
+  } else if (layout == "clumped") {
+    positions centers;
+    for (std::size_t i = 0; i < 1 + count / std::size_t(stems_a_clump); ++i)
+      centers.push_back({uniform(random, 0, width), uniform(random, 0, depth), 0});
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d& center = centers[random.below(static_cast<std::uint32_t>(centers.size()))];
+      add(center.x() + clump_spread * random.normal(), center.y() + clump_spread * random.normal());
+    }
+  } else if (layout == "rows") {
+    for (double x = 0; x < width; x += row_spacing)
+      for (double y = 0; y < depth; y += row_spacing)
+        add(x + jitter * random.normal(), y + jitter * random.normal());
+  } else {
+    throw std::invalid_argument("layout must be random, clumped or rows");
+  }
+  return stems;
+}
+
+/// Two maps of about `stems` stems each that share `overlap` of their area.
+inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, double overlap,
+                                 const view_options& options, random_source& random) {
+  const double density = layout == "rows" ? 1.0 / 9 : 0.09;
+  const double side = std::sqrt(double(stems) / (density * options.detected * (1 + options.false_stems)));
+  const double width = (2 - overlap) * side;
+  two_maps maps;
+  maps.target_from_source =
+      Eigen::Translation3d(50, -60, 7) *
+      Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
+  for (const Eigen::Vector3d& p : plant(layout, width, side, random)) {
+    if (p.x() < side && random.uniform() < options.detected)
+      maps.source.push_back(p + gaussian(random, options.noise));
+    if (p.x() > width - side && random.uniform() < options.detected)
+      maps.target.push_back(maps.target_from_source * Eigen::Vector3d(p + gaussian(random, options.noise)));
+  }
+  const auto add_false = [&](positions& map, double from, const Eigen::Isometry3d& motion) {
+    for (auto i = std::size_t(options.false_stems * double(map.size())); i > 0; --i) {
+      const double x = uniform(random, from, from + side), y = uniform(random, 0, side);
+      map.push_back(motion * Eigen::Vector3d(x, y, relief(x, y)));
+    }
+  };
+  add_false(maps.source, 0, Eigen::Isometry3d::Identity());
+  add_false(maps.target, width - side, maps.target_from_source);
+  return maps;
+}
+
+/// Largest distance [m] between where two motions lay the stems.
+inline double largest_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
+                            const positions& stems) {
+  double largest = 0;
+  for (const Eigen::Vector3d& p : stems) largest = std::max(largest, (estimate * p - truth * p).norm());
+  return largest;
+}
+
+}  // namespace globalmatch::benchmarks
