@@ -4,8 +4,8 @@
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(getconf _NPROCESSORS_ONLN)}
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
 
-libraries=(libeigen3-dev libnanoflann-dev libcli11-dev nlohmann-json3-dev catch2 libbenchmark-dev
-  libembree-dev)
+libraries=(libeigen3-dev libnanoflann-dev libcli11-dev nlohmann-json3-dev catch2 libbenchmark-dev)
+optional=(libembree-dev) # for the simulator; not every Debian has it
 
 is_command() { command -v "$1" >/dev/null; }
 is_package() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
@@ -17,7 +17,7 @@ missing_packages() {
   if [ "${1:-}" = clang ]; then needs+=(g++:g++ clang++:clang); fi
   for need in "${needs[@]}"; do is_command "${need%%:*}" || echo "${need##*:}"; done
   if ! is_command apt-get; then return; fi # CMake finds or fetches the libraries
-  for package in "${libraries[@]}"; do is_package "$package" || echo "$package"; done
+  for package in "${libraries[@]}" "${optional[@]}"; do is_package "$package" || echo "$package"; done
   if [ "${1:-}" = clang ]; then is_package libomp-dev || echo libomp-dev; fi
 }
 
@@ -41,6 +41,13 @@ install_missing() {
   fi
   echo "Installing: ${missing[*]}"
   "${as_root[@]}" apt-get update -qq
+  local package
+  for package in "${optional[@]}"; do
+    if apt-cache show "$package" >/dev/null 2>&1; then continue; fi
+    echo "$package is not to be had here; what needs it is left out." >&2
+    mapfile -t missing < <(printf '%s\n' "${missing[@]}" | grep -vx "$package")
+  done
+  if [ ${#missing[@]} -eq 0 ]; then return; fi
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
     apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
 }

@@ -18,6 +18,10 @@ esac
 
 install_missing
 configure_release
+if ! cmake --build build/release --target help | grep -q simulate_plot; then
+  echo "The demo simulates its scans with Embree 3 or 4, which CMake did not find: please install it." >&2
+  exit 2
+fi
 cmake --build build/release --target simulate_plot map_stems match_stems register_scans register_plot evaluate_registration
 programs=$PWD/build/release/examples
 

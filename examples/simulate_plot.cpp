@@ -1,4 +1,5 @@
 // Simulates a forest plot and laser scans of it, with the truth about both.
+#include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
@@ -108,12 +109,13 @@ int main(int argc, char** argv) {
   shared.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    make_folder(out_dir);
+    support::require_writable({out_dir / "stems.csv", shared.json});
     support::stage_clock clock;
     const execution how = clock.listen(shared.threads);
     support::simulation simulation(options);
     report_progress(how, "plot", 1);
 
-    make_folder(out_dir);
     nlohmann::ordered_json scans = nlohmann::ordered_json::array();
     std::vector<std::vector<std::uint32_t>> returns_by_scan;
     for (std::size_t i = 0; i < simulation.stations().size(); ++i) {

@@ -229,7 +229,7 @@ TEST_CASE("icp options that make no sense are named") {
 }
 
 TEST_CASE("points of a layer with normals are only paired when they face the same way") {
-  // One scanner sees the front halves of stems, the other one the backs and some of the flanks.
+  // Two scanners see overlapping flanks of the stems, each some that the other one does not.
   const auto half_stems = [](double from, double to) {
     icp_layer seen;
     for (int tree = 0; tree < 12; ++tree)
@@ -243,11 +243,13 @@ TEST_CASE("points of a layer with normals are only paired when they face the sam
         }
     return seen;
   };
-  const icp_layer front = half_stems(-0.7, 2.4), back = half_stems(2.0, 5.4);
-  icp_layer both = {front.source, back.source};
-  const auto error = [&](const icp_layer& layer) {
+  const icp_layer front = half_stems(-1.4, 1.4), back = half_stems(0.4, 3.2);
+  icp_layer both = {front.source, back.source}, ground;
+  for (int i = 0; i < 400; ++i) ground.source.push_back({0.5 * (i % 20), 0.5 * (i / 20), 0});
+  ground.target = ground.source;  // stems alone would leave the height open
+  const auto error = [&](const icp_layer& stems) {
     const icp_result result =
-        refine_by_icp(std::vector{layer}, Eigen::Isometry3d::Identity(), degrees_of_freedom::four);
+        refine_by_icp(std::vector{ground, stems}, Eigen::Isometry3d::Identity(), degrees_of_freedom::four);
     return (result.target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm();
   };
   const double without = error(both);

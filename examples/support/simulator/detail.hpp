@@ -45,6 +45,9 @@ inline Eigen::Vector2d unit_vector(double azimuth) {
   return {std::cos(azimuth), std::sin(azimuth)};
 }
 
+// Compilers choose the order of operands and of arguments: for scenes to be the same everywhere no expression
+// may draw twice.
+
 inline double between(double low, double high, random_source& random) {
   return low + (high - low) * random.uniform();
 }

@@ -32,7 +32,8 @@ std::vector<stem> random_tree(const tree_options& o, const Vector2d& place, cons
   if (kind < o.pairs) {
     add_beside(0.5 * random_direction(random), 0);
   } else if (kind < o.pairs + o.multi_stem) {
-    const Vector2d first = between(0.3, 0.45, random) * random_direction(random);
+    const Vector2d direction = random_direction(random);
+    const Vector2d first = between(0.3, 0.45, random) * direction;
     add_beside(first, between(0.05, 0.15, random));
     if (random.uniform() < 0.5) add_beside({-first.y(), first.x()}, between(0.05, 0.15, random));
   }

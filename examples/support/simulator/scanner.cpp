@@ -85,7 +85,8 @@ class range_finder {
 
   ray elsewhere_in_beam(const ray& r, random_source& random) const {
     const Vector3d aside = r.direction.unitOrthogonal(), across = r.direction.cross(aside);
-    const Vector2d in_disc = std::sqrt(random.uniform()) * random_direction(random);
+    const Vector2d direction = random_direction(random);
+    const Vector2d in_disc = std::sqrt(random.uniform()) * direction;
     const Vector3d offset = in_disc.x() * aside + in_disc.y() * across;
     const double divergence = 1e-3 * options_.beam_divergence;
     return {r.origin + options_.beam_radius * offset, (r.direction + divergence * offset).normalized()};

@@ -103,7 +103,8 @@ void add_leaves(surfaces& scene, const Vector3d& foot, const Vector3d& tip, std:
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3d along = foot + between(0.25, 1.05, random) * (tip - foot);
     const Vector3d centre = along + spread * normal_vector(random);
-    scene.add_disc(centre, radius * between(0.6, 1.4, random), normal_vector(random) + Vector3d(0, 0, 0.7));
+    const Vector3d normal = normal_vector(random) + Vector3d(0, 0, 0.7);
+    scene.add_disc(centre, radius * between(0.6, 1.4, random), normal);
   }
 }
 
@@ -173,10 +174,12 @@ stem random_stem(const tree_options& o, const Vector3d& position, random_source&
   s.height = std::max(3.0, o.height * std::pow(s.dbh / 0.2, 0.4) * between(0.9, 1.1, random));
   const double lean = std::min(2 * o.lean, weibull(o.lean / std::sqrt(std::numbers::ln2), 2, random));
   s.lean = std::tan(radians(lean)) * random_direction(random);
-  s.sweep = o.sweep * random.normal() * random_direction(random);
+  const Vector2d sweep_direction = random_direction(random);
+  s.sweep = o.sweep * random.normal() * sweep_direction;
   const bool forks = random.uniform() < o.forked;
   const double fork_height = between(1.6, std::max(2.0, 0.5 * s.height), random);
-  s.fork = between(0.1, 0.3, random) * random_direction(random);
+  const Vector2d fork_direction = random_direction(random);
+  s.fork = between(0.1, 0.3, random) * fork_direction;
   if (forks) s.fork_height = fork_height;
   return s;
 }

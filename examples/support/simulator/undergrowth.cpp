@@ -19,7 +19,8 @@ Vector4d with_radius(const Vector3d& place, double radius) {
 
 /// A blade that rises and bends over.
 void add_blade(surfaces& scene, const Vector3d& foot, double height, random_source& random) {
-  const Vector2d lean = height * between(0, 0.6, random) * random_direction(random);
+  const Vector2d direction = random_direction(random);
+  const Vector2d lean = height * between(0, 0.6, random) * direction;
   const Vector3d middle = foot + Vector3d(0.3 * lean.x(), 0.3 * lean.y(), 0.6 * height);
   const Vector3d tip = foot + Vector3d(lean.x(), lean.y(), height * between(0.7, 1, random));
   scene.add_curve({with_radius(foot, 0.003), with_radius(middle, 0.003), with_radius(tip, 0.001)});
@@ -86,7 +87,8 @@ void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& o, ra
   const auto leaves =
       static_cast<std::size_t>(double(o.shrub_leaves) * s.height * s.height) / std::size_t(twigs);
   for (int i = 0; i < twigs; ++i) {
-    const Vector2d outward = s.radius * std::sqrt(random.uniform()) * random_direction(random);
+    const Vector2d direction = random_direction(random);
+    const Vector2d outward = s.radius * std::sqrt(random.uniform()) * direction;
     const Vector3d foot = s.position + 0.1 * Vector3d(outward.x(), outward.y(), -0.1);
     const Vector3d tip = s.position + Vector3d(outward.x(), outward.y(), s.height * between(0.6, 1, random));
     const Vector3d middle = 0.5 * (foot + tip) + 0.08 * s.height * normal_vector(random);
@@ -95,8 +97,9 @@ void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& o, ra
         {with_radius(foot, thickness), with_radius(middle, 0.7 * thickness), with_radius(tip, 0.002)});
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
       const Vector3d along = foot + between(0.2, 1, random) * (tip - foot);
-      scene.add_disc(along + 0.12 * s.height * normal_vector(random),
-                     o.shrub_leaf_radius * between(0.6, 1.4, random), normal_vector(random));
+      const Vector3d normal = normal_vector(random);
+      const double radius = o.shrub_leaf_radius * between(0.6, 1.4, random);
+      scene.add_disc(along + 0.12 * s.height * normal_vector(random), radius, normal);
     }
   }
 }
@@ -144,15 +147,18 @@ void add_remains(surfaces& scene, const Vector3d& position, double dbh, const te
   const Vector2d heap = position.head<2>() + 1.5 * random_direction(random);
   for (int i = 0; i < 30; ++i) {
     const Vector2d place = heap + 0.7 * normal_vector(random).head<2>();
-    const Vector2d along = between(0.4, 1.8, random) * random_direction(random);
+    const Vector2d direction = random_direction(random);
+    const Vector2d along = between(0.4, 1.8, random) * direction;
     const auto lying = [&](const Vector2d& p) {
       return Vector3d(ground.at(p) + Vector3d(0, 0, between(0.02, 0.4, random)));
     };
     const Vector3d foot = lying(place), tip = lying(place + along);
     scene.add_curve({with_radius(foot, between(0.005, 0.015, random)), with_radius(tip, 0.003)});
-    for (int leaf = 0; leaf < 10; ++leaf)
-      scene.add_disc(foot + random.uniform() * (tip - foot) + 0.05 * normal_vector(random), 0.04,
-                     normal_vector(random));
+    for (int leaf = 0; leaf < 10; ++leaf) {
+      const Vector3d normal = normal_vector(random);
+      const Vector3d aside = 0.05 * normal_vector(random);
+      scene.add_disc(foot + random.uniform() * (tip - foot) + aside, 0.04, normal);
+    }
   }
 }
 
