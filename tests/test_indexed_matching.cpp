@@ -20,7 +20,7 @@ std::vector<hypothesis> propose(const position_set& source, const position_set& 
   const std::size_t neighbors = target.size() <= 100 ? 20 : 5;
   matching_funnel funnel;
   return match_by_index(maps, plan_index(source), triangle_index(target, *plan, false, neighbors), tolerance,
-                        chance(maps), tolerances, options, funnel, how);
+                        chance(maps), tolerances, options, target.size() <= 100, funnel, how);
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ TEST_CASE("the search ends at the number of queries or of candidates that it is 
   const auto counted = [&](const indexed_matching_options& options) {
     matching_funnel funnel;
     match_by_index(maps, plan_index(a), triangle_index(b, plan_index(b), false, 20), 0.1, chance(maps),
-                   tolerances, options, funnel);
+                   tolerances, options, true, funnel);
     return funnel;
   };
   const matching_funnel all = counted({});

@@ -32,11 +32,13 @@
 namespace globalmatch {
 
 struct indexed_matching_options {
-  int target_neighbors = 5;   ///< stems around each target stem that make triangles of the index (ours)
-  int source_neighbors = 8;   ///< stems around a source stem that make triangles to query (ours)
-  int neighbors_of_few = 20;  ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
-  int tried_neighbors = 40;   ///< stems around a triangle that a motion is tried on (ours)
-  double enough = -10;        ///< log10 of false alarms at which no further tolerance is tried (ours)
+  int target_neighbors = 5;      ///< stems around each target stem that make triangles of the index (ours)
+  int source_neighbors = 8;      ///< stems around a source stem that make triangles to query (ours)
+  std::size_t few_stems = 100;   ///< maps of so many are searched patiently (ours) ...
+  std::size_t some_stems = 300;  ///< ... and those of so many when nothing else was found (ours)
+  int neighbors_of_few = 20;     ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
+  int tried_neighbors = 40;      ///< stems around a triangle that a motion is tried on (ours)
+  double enough = -10;           ///< log10 of false alarms at which no further tolerance is tried (ours)
   std::size_t most_queries = 20000;          ///< source triangles looked up (ours)
   std::size_t most_candidates = 20'000'000;  ///< motions tried (ours)
   std::size_t queries_for_rivals = 200;      ///< at least so many, though the first is found (ours)
@@ -112,14 +114,13 @@ inline std::vector<stem_index> shuffled_stems(std::size_t count, std::uint64_t s
 inline namespace GLOBALMATCH_THREADING {
 
 /// Distinct hypotheses, verified over all stems at `tolerance` [m] and judged against chance, best first.
-/// `source_plan` is that of the source stems, `index` that of the target's triangles.
+/// `source_plan` is that of the source stems, `index` that of the target's triangles. `patient`: every motion
+/// is tried on all stems around it, and more triangles are queried, as maps that share only few stems need.
 inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_index& source_plan,
                                               const triangle_index& index, double tolerance,
                                               const chance& by_chance, std::span<const double> tolerances,
-                                              const indexed_matching_options& options,
+                                              const indexed_matching_options& options, bool patient,
                                               matching_funnel& funnel, const execution& how = {}) {
-  constexpr std::size_t few_stems = 100;  // of which every one may be needed
-  const bool patient = maps.source.size() <= few_stems || maps.target.size() <= few_stems;
   const std::size_t best_of_query = patient ? 8 : 2;  // tried on all stems
   const detail::motion_trial trial(maps, tolerance, patient);
   const double flattest = 2 * tolerance;  // [m] a flatter triangle hardly fixes a turn

@@ -138,9 +138,9 @@ class chance {
 inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
                   std::span<const double> tolerances) {
   constexpr int rounds = 4;
+  constexpr double still = 0.1;  // of the tolerance
   for (int round = 0; round < rounds; ++round) {
     const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back());
-    const double before = h.tolerance;
     h.log10_false_alarms = std::numeric_limits<double>::infinity();
     for (const double tolerance : tolerances) {
       const double alarms =
@@ -150,9 +150,16 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
         h.tolerance = tolerance;
       }
     }
-    if (round > 0 && h.tolerance == before) break;
-    if (const auto motion = maps.fit(maps.pair_stems(h.target_from_source, h.tolerance)))
-      h.target_from_source = *motion;
+    const auto pairs = maps.pair_stems(h.target_from_source, h.tolerance);
+    const auto motion = maps.fit(pairs);
+    if (!motion) break;
+    double moved = 0;
+    for (const correspondence& c : pairs) {
+      const Eigen::Vector3d& p = maps.source.at[c.source];
+      moved += (*motion * p - h.target_from_source * p).norm() / double(pairs.size());
+    }
+    h.target_from_source = *motion;
+    if (moved < still * h.tolerance) break;
   }
   h.correspondences = maps.pair_stems(h.target_from_source, h.tolerance);
   h.rms = maps.rms(h.target_from_source, h.correspondences);

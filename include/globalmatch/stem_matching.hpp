@@ -109,21 +109,15 @@ inline const std::vector<double> proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
 inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                        0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
-/// Neighbours of a stem that make triangles: in small maps every triangle counts.
-inline std::size_t neighbors_for_index(std::size_t stems, const indexed_matching_options& options) {
-  constexpr std::size_t few_stems = 100;
-  const auto usual = std::size_t(options.target_neighbors);
-  return stems <= few_stems ? std::max(usual, std::size_t(options.neighbors_of_few)) : usual;
-}
-
 inline namespace GLOBALMATCH_THREADING {
 
 inline prepared_map prepare_positions(position_set stems, bool horizontal,
                                       const indexed_matching_options& options, const execution& how) {
   prepared_map map{std::move(stems), nullptr, {}, horizontal};
   map.plan = std::make_shared<plan_index>(map.stems);
-  map.triangles =
-      triangle_index(map.stems, *map.plan, horizontal, neighbors_for_index(map.stems.size(), options), how);
+  const int neighbors =
+      map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
+  map.triangles = triangle_index(map.stems, *map.plan, horizontal, std::size_t(neighbors), how);
   return map;
 }
 
@@ -140,8 +134,35 @@ inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double
   return match_globally(maps, pairs, tolerance, options.global, how);
 }
 
-/// Proposes at one tolerance after the other, the finest first, until chance no longer explains what is
-/// found; then judges all there is.
+/// Ranked hypotheses by the index at one tolerance after the other, the finest first, until chance no longer
+/// explains what is found. Small maps are searched once more, patiently, when that never happens.
+inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prepared_map& target,
+                                                const chance& by_chance, std::span<const double> proposing,
+                                                std::span<const double> pairing,
+                                                const indexed_matching_options& options,
+                                                matching_funnel& funnel, const execution& how) {
+  const plan_index source_plan(maps.source);
+  std::vector<hypothesis> hypotheses;
+  const auto search = [&](const triangle_index& triangles, bool patient) {
+    for (const double tolerance : proposing) {
+      auto proposed = match_by_index(maps, source_plan, triangles, tolerance, by_chance, pairing, options,
+                                     patient, funnel, how);
+      for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
+      std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+      if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.enough) return true;
+    }
+    return false;
+  };
+  const auto [smaller, larger] = std::minmax(maps.source.size(), maps.target.size());
+  if (search(target.triangles, smaller <= options.few_stems)) return hypotheses;
+  if (larger > options.few_stems && larger <= options.some_stems)
+    search(triangle_index(maps.target, *target.plan, maps.horizontal, std::size_t(options.neighbors_of_few),
+                          how),
+           true);
+  return hypotheses;
+}
+
+/// Ranked hypotheses, weighed against chance.
 inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
                                        const matching_options& options, matching_funnel& funnel,
                                        const execution& how) {
@@ -149,21 +170,18 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
   const auto& proposing = given.empty() ? proposal_tolerances : given;
   const auto& pairing = given.empty() ? pairing_tolerances : given;
   const chance by_chance(maps);
-  const plan_index source_plan =
-      options.proposal == proposal::triangle_index ? plan_index(maps.source) : plan_index();
   std::vector<hypothesis> hypotheses;
-  for (const double tolerance : proposing) {
-    std::vector<hypothesis> proposed;
-    if (options.proposal == proposal::triangle_index) {
-      proposed = match_by_index(maps, source_plan, target.triangles, tolerance, by_chance, pairing,
-                                options.indexed, funnel, how);
-    } else {
-      proposed = propose_exhaustively(maps, tolerance, options, funnel, how);
-      for (hypothesis& h : proposed) weigh(h, maps, by_chance, pairing);
+  if (options.proposal == proposal::triangle_index) {
+    hypotheses = propose_by_index(maps, target, by_chance, proposing, pairing, options.indexed, funnel, how);
+  } else {
+    for (const double tolerance : proposing) {
+      for (hypothesis& h : propose_exhaustively(maps, tolerance, options, funnel, how)) {
+        weigh(h, maps, by_chance, pairing);
+        add_distinct(std::move(h), hypotheses, maps);
+      }
+      std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+      if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
-    for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
-    std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
-    if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
   }
   // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
   for (std::size_t i = 1; i < hypotheses.size(); ++i)

@@ -28,7 +28,7 @@ class wrapped_grid {
   /// `at(i)` returns point i of `count` as a `point`; `cell` is the width of cells in the unit of the points.
   template <class At>
   wrapped_grid(std::size_t count, T cell, const At& at) : per_unit_(1 / cell) {
-    while ((std::size_t(1) << (bits_ * Dimension)) < 2 * count && (bits_ + 1) * Dimension <= 30) ++bits_;
+    while ((std::size_t(1) << (bits_ * Dimension)) < count / 2 && (bits_ + 1) * Dimension <= 30) ++bits_;
     std::vector<std::uint32_t> cell_of(count);
     first_.assign((std::size_t(1) << (bits_ * Dimension)) + 1, 0);
     for (std::size_t i = 0; i < count; ++i) {
