@@ -51,17 +51,16 @@ class chance {
     const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     if (!sorted.empty()) stem_radius_ = 1 / std::sqrt(std::numbers::pi * *middle);
+    shift_map_on_itself();
   }
 
   /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance:
-  /// mean over places where target stems stand, so that it is not too small where they stand in clumps.
-  /// Heights, which would make it smaller, are left out.
+  /// mean over places where target stems stand, so that it is not too small where they stand in clumps; and
+  /// not less than the map meets itself when it is shifted from stem to stem, so that rows explain their own
+  /// lattice. Heights, which would make it smaller, are left out.
   double of_meeting(double tolerance) const {
     if (densities_.empty()) return 1;
-    double sum = 0;
-    for (const double density : densities_)
-      sum += -std::expm1(-density * std::numbers::pi * tolerance * tolerance);
-    return sum / double(densities_.size());
+    return std::max(of_meeting_at_random(tolerance), of_meeting_itself(tolerance));
   }
 
   /// What a motion makes of source stems.
@@ -111,6 +110,56 @@ class chance {
   }
 
  private:
+  double of_meeting_at_random(double tolerance) const {
+    double sum = 0;
+    for (const double density : densities_)
+      sum += -std::expm1(-density * std::numbers::pi * tolerance * tolerance);
+    return sum / double(densities_.size());
+  }
+
+  /// Median over the shifts of the share of stems that meet another one; the stem that the shift was taken
+  /// from does not count.
+  double of_meeting_itself(double tolerance) const {
+    if (shifted_.empty()) return 0;
+    std::vector<double> shares;
+    for (const auto& distances : shifted_) {
+      const auto met = std::lower_bound(distances.begin(), distances.end(), tolerance) - distances.begin();
+      shares.push_back(std::max(0.0, double(met - 1)) / double(looked_at_ - 1));
+    }
+    const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
+    std::nth_element(shares.begin(), middle, shares.end());
+    return *middle;
+  }
+
+  /// Lays some target stems on the target map, shifted from stems to their nearest ones: in rows along the
+  /// lattice. Keeps the distances [m in plan] to what they then meet.
+  void shift_map_on_itself() {
+    constexpr std::size_t origins = 8, shifts = 4, most_stems = 128;
+    constexpr double reach = 1;  // [m]
+    const std::vector<Eigen::Vector3d>& at = maps_.target.at;
+    if (at.size() < 8) return;
+    const std::size_t origin_step = at.size() / origins, step = (at.size() + most_stems - 1) / most_stems;
+    looked_at_ = (at.size() + step - 1) / step;
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t o = 0; o < origins; ++o) {
+      maps_.target_plan->nearest(o * origin_step, shifts, nearest);
+      for (const auto& n : nearest) {
+        const Eigen::Vector3d shift = at[n.index] - at[o * origin_step];
+        std::vector<double> distances;
+        for (std::size_t i = 0; i < at.size(); i += step) {
+          double least = reach * reach;
+          maps_.target_plan->for_each_within(at[i].x() + shift.x(), at[i].y() + shift.y(), reach,
+                                             [&](stem_index j, double squared) {
+                                               if (j != i) least = std::min(least, squared);
+                                             });
+          if (least < reach * reach) distances.push_back(std::sqrt(least));
+        }
+        std::sort(distances.begin(), distances.end());
+        shifted_.push_back(std::move(distances));
+      }
+    }
+  }
+
   /// Of the middle 80 % in both coordinates, scaled to all: outliers do not count.
   static double extent(const position_set& stems) {
     double largest = 0;
@@ -131,6 +180,8 @@ class chance {
   double source_extent_ = 0, target_extent_ = 0;  // [m]
   double stem_radius_ = 0;                        // [m] of the circle that holds one stem
   std::vector<double> densities_;                 // [1 / m^2] of target stems, around some of them
+  std::vector<std::vector<double>> shifted_;      // [m] from stems to what they meet, a list for each shift
+  std::size_t looked_at_ = 1;                     // stems of which those are some
 };
 
 /// Judges a hypothesis against chance, and pairs and fits it anew at the tolerance [m] among `tolerances`,

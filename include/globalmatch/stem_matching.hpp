@@ -153,7 +153,8 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
     }
     return false;
   };
-  const auto [smaller, larger] = std::minmax(maps.source.size(), maps.target.size());
+  const std::size_t smaller = std::min(maps.source.size(), maps.target.size());
+  const std::size_t larger = std::max(maps.source.size(), maps.target.size());
   if (search(target.triangles, smaller <= options.few_stems)) return hypotheses;
   if (larger > options.few_stems && larger <= options.some_stems)
     search(triangle_index(maps.target, *target.plan, maps.horizontal, std::size_t(options.neighbors_of_few),
