@@ -110,14 +110,18 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const position_set&
             "matching: the " + std::to_string(best) +
                 " paired stems lie in a line; scans with a wider overlap are needed"};
   const double alarms = hypotheses.front().log10_false_alarms;
-  if (alarms > std::log10(options.most_false_alarms))
+  const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
+  const bool by_chance = alarms > std::log10(options.most_false_alarms);
+  // Rows explain every shift along themselves: most stems are paired, and that tells nothing.
+  const bool rival_in_rows = by_chance && 2 * second >= std::min(source.size(), target.size());
+  const bool rival = second > 0 && hypotheses[1].log10_false_alarms <= options.rival_share * alarms;
+  if (rival_in_rows || (!by_chance && rival))
+    return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
+                                    " stems and another one " + std::to_string(second) +
+                                    "; more overlap is needed to tell them apart"};
+  if (by_chance)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, which chance explains; more overlap is needed"};
-  if (hypotheses.size() > 1 && hypotheses[1].log10_false_alarms <= options.rival_share * alarms)
-    return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
-                                    " stems and another one " +
-                                    std::to_string(hypotheses[1].correspondences.size()) +
-                                    "; more overlap is needed to tell them apart"};
   return {outcome::registered, ""};
 }
 
