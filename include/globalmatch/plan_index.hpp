@@ -17,6 +17,24 @@
 
 namespace globalmatch {
 
+/// Share of the stems that `middle_extent` looks at.
+inline constexpr double middle_share = 0.8;
+
+/// Extent [m] of the middle 80 % of the stems along an axis, 0 (x) or 1 (y): outliers do not count. 0 without
+/// stems.
+inline double middle_extent(const position_set& stems, int axis) {
+  if (stems.size() == 0) return 0;
+  std::vector<double> values;
+  values.reserve(stems.size());
+  for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
+  const auto tenth = std::ptrdiff_t(values.size() / 10);
+  const auto low = values.begin() + tenth, high = values.end() - 1 - tenth;
+  std::nth_element(values.begin(), low, values.end());
+  const double lowest = *low;
+  std::nth_element(values.begin(), high, values.end());
+  return *high - lowest;
+}
+
 /// Immutable index over the plan positions of a map. Built in O(n).
 class plan_index {
  public:
@@ -63,23 +81,11 @@ class plan_index {
   }
 
  private:
-  /// From the middle 80 % of the stems in both coordinates, so that outliers do not count.
   static double typical_spacing(const position_set& stems) {
     constexpr double least = 0.1;  // [m]
     if (stems.size() < 2) return 1;
-    double area = 1;
-    for (int axis = 0; axis < 2; ++axis) {
-      std::vector<double> values;
-      values.reserve(stems.size());
-      for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
-      const auto low = values.begin() + std::ptrdiff_t(values.size() / 10);
-      const auto high = values.end() - 1 - std::ptrdiff_t(values.size() / 10);
-      std::nth_element(values.begin(), low, values.end());
-      const double lowest = *low;
-      std::nth_element(values.begin(), high, values.end());
-      area *= std::max(least, *high - lowest);
-    }
-    return std::max(least, std::sqrt(area / (0.64 * double(stems.size()))));
+    const double area = std::max(least, middle_extent(stems, 0)) * std::max(least, middle_extent(stems, 1));
+    return std::max(least, std::sqrt(area / (middle_share * middle_share * double(stems.size()))));
   }
 
   void all_others(std::size_t i, std::vector<neighbor<double>>& found) const {

@@ -12,10 +12,12 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/neighbors.hpp"
+#include "globalmatch/plan_index.hpp"
 #include "globalmatch/position_set.hpp"
 
 namespace globalmatch {
@@ -33,8 +35,8 @@ inline double log_binomial_tail(double successes, double tries, double p) {
 /// What chance can do between two maps. Refers to them.
 class chance {
  public:
-  /// Cost: linear in the stems.
-  explicit chance(const map_pair& maps) : maps_(maps) {
+  /// What is asked at `tolerances` [m] is computed once. Cost: linear in the stems.
+  explicit chance(const map_pair& maps, std::span<const double> tolerances = {}) : maps_(maps) {
     constexpr std::size_t neighbors = 6, most_looked_at = 2048;
     source_extent_ = extent(maps.source);
     target_extent_ = extent(maps.target);
@@ -52,6 +54,10 @@ class chance {
     std::nth_element(sorted.begin(), middle, sorted.end());
     if (!sorted.empty()) stem_radius_ = 1 / std::sqrt(std::numbers::pi * *middle);
     shift_map_on_itself();
+    for (const double tolerance : tolerances) {
+      const double p = of_meeting(tolerance);
+      known_.push_back({tolerance, p});
+    }
   }
 
   /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance:
@@ -60,6 +66,8 @@ class chance {
   /// lattice. Heights, which would make it smaller, are left out.
   double of_meeting(double tolerance) const {
     if (densities_.empty()) return 1;
+    for (const auto& [known_tolerance, p] : known_)
+      if (known_tolerance == tolerance) return p;
     return std::max(of_meeting_at_random(tolerance), of_meeting_itself(tolerance));
   }
 
@@ -79,6 +87,7 @@ class chance {
     constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
     constexpr std::size_t most_laid = 8192;
     const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
+    const double around = radii * stem_radius_;
     landing result;
     result.weight = double(step);
     for (std::size_t s = 0; s < maps_.source.size(); s += step) {
@@ -86,8 +95,8 @@ class chance {
       bool among = false;
       double nearest = reach;
       maps_.target_plan->for_each_within(
-          laid.x(), laid.y(), std::max(reach, radii * stem_radius_), [&](stem_index t, double squared) {
-            among = among || squared < std::pow(radii * stem_radius_, 2);
+          laid.x(), laid.y(), std::max(reach, around), [&](stem_index t, double squared) {
+            among = among || squared < around * around;
             nearest = std::min(nearest, stem_distance(laid, maps_.target.at[t], maps_.horizontal));
           });
       result.expected += among ? result.weight : 0;
@@ -160,20 +169,8 @@ class chance {
     }
   }
 
-  /// Of the middle 80 % in both coordinates, scaled to all: outliers do not count.
   static double extent(const position_set& stems) {
-    double largest = 0;
-    for (int axis = 0; axis < 2 && stems.size() > 0; ++axis) {
-      std::vector<double> values;
-      for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
-      const auto tenth = std::ptrdiff_t(values.size() / 10);
-      const auto low = values.begin() + tenth, high = values.end() - 1 - tenth;
-      std::nth_element(values.begin(), low, values.end());
-      const double lowest = *low;
-      std::nth_element(values.begin(), high, values.end());
-      largest = std::max(largest, (*high - lowest) / 0.8);
-    }
-    return largest;
+    return std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / middle_share;
   }
 
   const map_pair& maps_;
@@ -182,6 +179,7 @@ class chance {
   std::vector<double> densities_;                 // [1 / m^2] of target stems, around some of them
   std::vector<std::vector<double>> shifted_;      // [m] from stems to what they meet, a list for each shift
   std::size_t looked_at_ = 1;                     // stems of which those are some
+  std::vector<std::pair<double, double>> known_;  // tolerances, and the chance of meeting at each
 };
 
 /// Judges a hypothesis against chance, and pairs and fits it anew at the tolerance [m] among `tolerances`,

@@ -170,7 +170,7 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
   const auto given = options.tolerance ? std::vector{*options.tolerance} : std::vector<double>{};
   const auto& proposing = given.empty() ? proposal_tolerances : given;
   const auto& pairing = given.empty() ? pairing_tolerances : given;
-  const chance by_chance(maps);
+  const chance by_chance(maps, pairing);
   std::vector<hypothesis> hypotheses;
   if (options.proposal == proposal::triangle_index) {
     hypotheses = propose_by_index(maps, target, by_chance, proposing, pairing, options.indexed, funnel, how);

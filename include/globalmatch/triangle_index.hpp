@@ -1,7 +1,6 @@
-// Indexed proposal for stem maps of any size: triangles of the source look their likes up in an index over
-// the edge lengths of the target's triangles; each that agrees is a motion, tried on the stems around it. In:
-// two maps. Out: motions worth verifying. Cost: linear in the stems for the index, and independent of them
-// for each query. Star trackers recognise the sky in the same way.
+// The local triangles of a stem map, findable by their edge lengths, as star trackers find theirs. In: stem
+// positions. Out: for a triangle those that look alike. Cost: linear in the stems for the index, and
+// independent of them for each query.
 #pragma once
 
 #include <algorithm>
@@ -9,8 +8,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
