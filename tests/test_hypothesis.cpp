@@ -30,7 +30,7 @@ void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) 
     CHECK(sources.insert(c.source).second);
     CHECK(targets.insert(c.target).second);
     const double distance = stem_distance(h.target_from_source * maps.source.at[c.source],
-                                          maps.target.at[c.target], maps.horizontal);
+                                          maps.target.at[c.target], maps.in_plan());
     CHECK(distance < tolerance);
     squares += distance * distance;
   }
@@ -42,7 +42,7 @@ void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) 
 TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the tolerance") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {9, 0, 0}, {20, 0, 0}});
   const position_set target = scenes::set_in_order({{0.75, 0, 0}, {1.5, 0, 0}, {9.5, 0, 0}, {20, 0, 0.25}});
-  const map_pair maps(source, target, false, four);
+  const map_pair maps(source, target, false, degrees_of_freedom::six);
   const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
   CHECK(maps.pair_stems(still, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
   CHECK(maps.pair_stems(still, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
@@ -57,6 +57,15 @@ TEST_CASE("pair_stems leaves heights out where they do not count") {
   CHECK(map_pair(source, target, false, four).pair_stems(still, 0.1).empty());
 }
 
+TEST_CASE("in 4-DoF stems are paired in plan, unless their heights are too far apart") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
+  const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -0.9}, {9.1, 0, 1.1}});
+  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
+  CHECK(map_pair(source, target, false, four).pair_stems(still, 0.2) == same_indices(2));
+  CHECK(map_pair(source, target, false, four, 0.8).pair_stems(still, 0.2).empty());
+  CHECK(map_pair(source, target, false, degrees_of_freedom::six).pair_stems(still, 0.2).empty());
+}
+
 TEST_CASE("pair_stems of maps without stems pairs none") {
   const position_set none, one = scenes::set_in_order({{0, 0, 0}});
   const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
@@ -65,18 +74,31 @@ TEST_CASE("pair_stems of maps without stems pairs none") {
   CHECK(map_pair(one, none, false, four).pair_stems(still, 1).empty());
 }
 
-TEST_CASE("map_pair fits a motion, and tells the distances it leaves in space and in plan") {
+TEST_CASE("the height of a 4-DoF motion is the median of what the pairs ask for") {
+  for (const std::size_t count : {2u, 3u, 4u, 5u}) {
+    const positions corners = {{0, 0, 1}, {6, 0, 4}, {0, 6, 1}, {6, 6, 2}, {3, 9, -7}};
+    const std::vector<double> medians = {0, 0, 2.5, 1, 1.5, 1};
+    positions flat(count);
+    for (std::size_t i = 0; i < count; ++i) flat[i] = {corners[i].x(), corners[i].y(), 0};
+    const position_set source = scenes::set_in_order(flat);
+    const position_set target = scenes::set_in_order({corners.begin(), corners.begin() + long(count)});
+    const auto motion = map_pair(source, target, false, four).fit(same_indices(count));
+    REQUIRE(motion);
+    CHECK(motion->translation().z() == Approx(medians[count]));
+    CHECK(motion->translation().head<2>().norm() == Approx(0).margin(1e-12));
+  }
+}
+
+TEST_CASE("map_pair tells the distances that a motion leaves, in plan in 4-DoF and in space in 6-DoF") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {6, 0, 0}, {0, 6, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 1}, {6, 0, 4}, {0, 6, 1}});
   const auto pairs = same_indices(3);
-  const map_pair in_space(source, target, false, four), in_plan(source, target, true, four);
-  const auto motion = in_space.fit(pairs);
-  REQUIRE(motion);
-  CHECK(motion->translation().z() == Approx(2));
-  CHECK(in_space.rms(*motion, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
-  CHECK(in_space.misfit(*motion, pairs[1]) == Approx(2));
-  CHECK(in_plan.rms(*motion, pairs) == Approx(0).margin(1e-12));
-  CHECK(in_plan.rms(*motion, {}) == 0);
+  const map_pair in_plan(source, target, false, four), in_space(source, target, false, degrees_of_freedom::six);
+  const Eigen::Isometry3d raised = scenes::yaw_and_shift(0, {0, 0, 2});
+  CHECK(in_space.rms(raised, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
+  CHECK(in_space.misfit(raised, pairs[1]) == Approx(2));
+  CHECK(in_plan.rms(raised, pairs) == Approx(0).margin(1e-12));
+  CHECK(in_plan.rms(raised, {}) == 0);
   CHECK_FALSE(in_plan.fit(std::span(pairs).first(1)));
 }
 
@@ -171,6 +193,18 @@ TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger
   const std::vector<hypothesis> ranked = {best, lonelier, farther, fewer};
   for (std::size_t i = 0; i < ranked.size(); ++i)
     for (std::size_t j = 0; j < ranked.size(); ++j) CHECK(ranks_before(ranked[i], ranked[j]) == (i < j));
+}
+
+TEST_CASE("rank puts the best first and leaves equal ones as they were") {
+  std::vector<hypothesis> all(5);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    all[i].correspondences = same_indices(i % 2);
+    all[i].target_from_source.translation().x() = double(i);
+  }
+  rank(all);
+  std::vector<double> order;
+  for (const hypothesis& h : all) order.push_back(h.target_from_source.translation().x());
+  CHECK(order == std::vector<double>{1, 3, 0, 2, 4});
 }
 
 TEST_CASE("ranks_before is a strict weak order") {

@@ -224,7 +224,7 @@ TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller'
   REQUIRE_FALSE(result.hypotheses.empty());
   for (const hypothesis& h : result.hypotheses)
     for (const correspondence& c : h.correspondences)
-      CHECK((h.target_from_source * views.source[c.source] - views.target[c.target]).norm() < 0.1);
+      CHECK((h.target_from_source * views.source[c.source] - views.target[c.target]).head<2>().norm() < 0.1);
 }
 
 TEST_CASE("the matching funnel counts what each step of Algorithm 1 left") {
@@ -301,12 +301,55 @@ TEST_CASE("a small plot is found in a prepared map, as by match_stems with the m
   CHECK(found == 10);
 }
 
-TEST_CASE("a map prepared with heights refuses positions in plan") {
+TEST_CASE("a map prepared for one kind of distances refuses the other") {
   random_source random(13);
   const positions stems = scenes::random_stems(random, 20, 20, 20);
+  const matching_options six = {.dof = degrees_of_freedom::six};
+  CHECK_THROWS_WITH(match_stems(stems, prepare_map(stems, six)), Catch::Contains("prepare it with dof four"));
+  CHECK_THROWS_WITH(match_stems(stems, prepare_map(stems), six), Catch::Contains("prepare it with dof six"));
+  CHECK(match_stems(stems, prepare_map(stems, six), six).outcome == outcome::registered);
   const std::vector<Eigen::Vector2d> in_plan(5, Eigen::Vector2d::Zero());
-  CHECK_THROWS_WITH(match_stems(in_plan, prepare_map(stems)), Catch::Contains("prepare it with horizontal"));
-  CHECK_NOTHROW(match_stems(in_plan, prepare_map(stems, {.horizontal = true})));
+  CHECK_NOTHROW(match_stems(in_plan, prepare_map(stems)));
+}
+
+TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do not move the rest") {
+  for (std::uint64_t seed = 40; seed < 50; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stems = scenes::random_stems(random, 40, 30, 30);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
+    for (std::size_t i = 0; i < target.size(); i += 4) target[i].z() += scenes::uniform(random, 0.4, 0.9);  // ground hidden
+    const matching result = match_stems(stems, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(result.funnel.correspondences >= 38);
+    CHECK(result.tolerance < 0.1);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.03);
+    const matching strict = match_stems(stems, target, {.vertical_tolerance = 0.3});
+    REQUIRE(strict.outcome == outcome::registered);
+    CHECK(strict.funnel.correspondences >= 28);
+    CHECK(strict.funnel.correspondences <= 30);
+  }
+}
+
+TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registered in 6-DoF") {
+  for (std::uint64_t seed = 50; seed < 60; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stems = scenes::random_stems(random, 60, 40, 40);
+    const Eigen::Vector3d middle(20, 20, 0);
+    const Eigen::Isometry3d tilt = Eigen::Translation3d(middle) *
+                                   Eigen::AngleAxisd(0.06, Eigen::Vector3d(0.6, 0.8, 0)) *
+                                   Eigen::Translation3d(-middle);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random) * tilt;
+    const positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
+    const matching four = match_stems(stems, target);
+    CHECK(four.outcome == outcome::not_registered);
+    CHECK_THAT(four.reason, Catch::Contains("not levelled alike"));
+    const matching six = match_stems(stems, target, {.dof = degrees_of_freedom::six});
+    REQUIRE(six.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*six.target_from_source, truth, stems) < 0.05);
+  }
 }
 
 TEST_CASE("match_stems is as right far from the origin as near it") {

@@ -1,6 +1,8 @@
 #include "globalmatch/verdict.hpp"
 
+#include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
@@ -31,12 +33,17 @@ position_set in_a_row(std::size_t count, double offset) {
   return scenes::set_in_order(stems);
 }
 
+verdict verdict_on(const std::vector<hypothesis>& hypotheses, const position_set& source,
+                   const position_set& target, const verdict_options& options = {}) {
+  return judge(hypotheses, map_pair(source, target, true, degrees_of_freedom::four), options);
+}
+
 /// The verdict on hypotheses that pair so many stems of two maps of 40.
 verdict judge_counts(const std::vector<std::size_t>& counts) {
   std::vector<hypothesis> hypotheses;
   for (const std::size_t count : counts) hypotheses.push_back(pairing(count));
   const position_set stems = scattered(40);
-  return judge(hypotheses, stems, stems);
+  return verdict_on(hypotheses, stems, stems);
 }
 
 }  // namespace
@@ -58,11 +65,11 @@ TEST_CASE("a registered verdict has no reason, any other one names the step, the
 
 TEST_CASE("a map of fewer stems than needed is named") {
   const std::vector<hypothesis> hypotheses = {pairing(3)};
-  const verdict few_source = judge(hypotheses, scattered(3), scattered(20));
+  const verdict few_source = verdict_on(hypotheses, scattered(3), scattered(20));
   CHECK(few_source.outcome == outcome::not_registered);
   CHECK_THAT(few_source.reason,
              Catch::StartsWith("source: 3 stems") && Catch::Contains("scan a larger part"));
-  const verdict few_target = judge(hypotheses, scattered(20), scattered(0));
+  const verdict few_target = verdict_on(hypotheses, scattered(20), scattered(0));
   CHECK(few_target.outcome == outcome::not_registered);
   CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
 }
@@ -70,7 +77,7 @@ TEST_CASE("a map of fewer stems than needed is named") {
 TEST_CASE("what chance explains is not registered, and the reason says so") {
   const position_set stems = scattered(40);
   const auto judged = [&](double log10_false_alarms, const verdict_options& options = {}) {
-    return judge(std::vector{pairing(10, log10_false_alarms)}, stems, stems, options);
+    return verdict_on(std::vector{pairing(10, log10_false_alarms)}, stems, stems, options);
   };
   CHECK(judged(-3.01).outcome == outcome::registered);
   CHECK(judged(-2.99).outcome == outcome::not_registered);
@@ -82,7 +89,7 @@ TEST_CASE("what chance explains is not registered, and the reason says so") {
 TEST_CASE("a rival that explains the stems half as well or better makes the best ambiguous") {
   const position_set stems = scattered(40);
   const auto judged = [&](double best, double rival) {
-    return judge(std::vector{pairing(20, best), pairing(15, rival), pairing(15, rival)}, stems, stems)
+    return verdict_on(std::vector{pairing(20, best), pairing(15, rival), pairing(15, rival)}, stems, stems)
         .outcome;
   };
   CHECK(judged(-20, -10) == outcome::ambiguous);
@@ -94,19 +101,19 @@ TEST_CASE("a rival that explains the stems half as well or better makes the best
 TEST_CASE("stems in a line do not make a registration, however many") {
   for (const double offset : {0.0, 0.2}) {
     const position_set row = in_a_row(40, offset);
-    const verdict v = judge(std::vector<hypothesis>{pairing(40)}, row, row);
+    const verdict v = verdict_on(std::vector<hypothesis>{pairing(40)}, row, row);
     CHECK(v.outcome == outcome::not_registered);
     CHECK_THAT(v.reason, Catch::StartsWith("matching: the 40 paired stems lie in a line"));
   }
   const position_set double_row = in_a_row(40, 2);
-  CHECK(judge(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome == outcome::registered);
+  CHECK(verdict_on(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome == outcome::registered);
 }
 
 TEST_CASE("the spread is the standard deviation across the line, in plan") {
   const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
   CHECK(detail::spread_in_plan(pairing(4), stems) == Approx(1));
   const auto outcome_at = [&](double least_spread) {
-    return judge(std::vector<hypothesis>{pairing(4)}, stems, stems, {.least_spread = least_spread}).outcome;
+    return verdict_on(std::vector<hypothesis>{pairing(4)}, stems, stems, {.least_spread = least_spread}).outcome;
   };
   CHECK(outcome_at(0.99) == outcome::registered);
   CHECK(outcome_at(1.01) == outcome::not_registered);
@@ -114,7 +121,33 @@ TEST_CASE("the spread is the standard deviation across the line, in plan") {
 
 TEST_CASE("all stems at one place do not make a registration") {
   const position_set pile = scenes::set_in_order(positions(10, Eigen::Vector3d(1, 2, 3)));
-  CHECK(judge(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+  CHECK(verdict_on(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+}
+
+TEST_CASE("heights that slope tell of scans that were not levelled alike; noise in heights does not") {
+  const auto judged = [](double degrees, double height_noise, std::size_t count, std::uint64_t seed) {
+    random_source random(seed);
+    const positions level = scenes::random_stems(random, count, 30, 30);
+    positions sloping = level;
+    for (Eigen::Vector3d& p : sloping)
+      p.z() += std::tan(degrees * std::numbers::pi / 180) * (0.6 * p.x() - 0.8 * p.y()) +
+               height_noise * random.normal();
+    const position_set source = scenes::set_in_order(level), target = scenes::set_in_order(sloping);
+    const map_pair maps(source, target, false, degrees_of_freedom::four, 100);
+    hypothesis h = pairing(count);
+    h.target_from_source = *maps.fit(h.correspondences);
+    return judge(std::vector{h}, maps);
+  };
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    CHECK(judged(0, 0.1, 20, seed).outcome == outcome::registered);
+    CHECK(judged(0.5, 0.02, 20, seed).outcome == outcome::registered);
+    CHECK(judged(0, 0.5, 6, seed).outcome == outcome::registered);
+    const verdict tilted = judged(3, 0.05, 20, seed);
+    CHECK(tilted.outcome == outcome::not_registered);
+    CHECK_THAT(tilted.reason,
+               Catch::Contains("slope by more than 2 degrees") && Catch::Contains("six degrees of freedom"));
+  }
 }
 
 TEST_CASE("outcomes have the names of the JSON output") {

@@ -329,7 +329,7 @@ inline std::vector<hypothesis> match_globally(const map_pair& maps, std::span<co
     verify_seed(seed);
     ++verified;
   }
-  std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+  rank(hypotheses);
   return hypotheses;
 }
 

@@ -11,6 +11,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -20,6 +21,7 @@
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/statistics.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch {
@@ -37,7 +39,7 @@ struct hypothesis {
   double tolerance = 0;  ///< [m] stems this near each other were paired
   double log10_false_alarms =
       0;                      ///< motions that chance would make pair as many stems; see `significance.hpp`
-  double rms = 0;             ///< [m] distance of paired stems
+  double rms = 0;  ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 
@@ -50,7 +52,7 @@ struct matching_funnel {
   std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
 };
 
-/// Less explainable by chance first, then more paired stems, then nearer ones.
+/// Less explainable by chance first, then more paired stems, then nearer ones, then larger consensus sets.
 inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
   const auto merit = [](const hypothesis& h) {
     return std::tuple(-h.log10_false_alarms, h.correspondences.size(), -h.rms, h.consensus);
@@ -58,31 +60,64 @@ inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
   return merit(a) > merit(b);
 }
 
+/// Ranks hypotheses, the best first; equal ones keep their order. (`std::stable_sort` would move them through
+/// a buffer that libstdc++ 12 does not align as Eigen asks when compiled for AVX.)
+inline void rank(std::vector<hypothesis>& hypotheses) {
+  std::vector<std::size_t> order(hypotheses.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return ranks_before(hypotheses[a], hypotheses[b]);
+  });
+  std::vector<hypothesis> ranked;
+  ranked.reserve(hypotheses.size());
+  for (const std::size_t i : order) ranked.push_back(std::move(hypotheses[i]));
+  hypotheses = std::move(ranked);
+}
+
 /// Two maps about to be matched, with what verification needs over and over. Refers to both.
+///
+/// Stems meet in space in 6-DoF. In 4-DoF they meet in plan, and their heights, the noisier coordinate ([GM]
+/// 5.4.3), only tell which of them cannot be one stem.
 class map_pair {
  public:
-  map_pair(const position_set& from, const position_set& onto, bool in_plan, degrees_of_freedom freedom)
-      : map_pair(from, onto, std::make_shared<plan_index>(onto), in_plan, freedom) {}
+  map_pair(const position_set& from, const position_set& onto, bool ignore_heights,
+           degrees_of_freedom freedom, double height_tolerance = 1)
+      : map_pair(from, onto, std::make_shared<plan_index>(onto), ignore_heights, freedom, height_tolerance) {}
 
   /// `target_index` is that of `onto`.
   map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> target_index,
-           bool in_plan, degrees_of_freedom freedom)
-      : source(from), target(onto), horizontal(in_plan), dof(freedom), target_plan(std::move(target_index)) {}
+           bool ignore_heights, degrees_of_freedom freedom, double height_tolerance = 1)
+      : source(from),
+        target(onto),
+        horizontal(ignore_heights),
+        dof(freedom),
+        vertical_tolerance(height_tolerance),
+        target_plan(std::move(target_index)) {}
 
   const position_set &source, &target;
-  const bool horizontal;  ///< distances in plan
+  const bool horizontal;  ///< heights do not count at all
   const degrees_of_freedom dof;
+  const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
   const std::shared_ptr<const plan_index> target_plan;
+
+  /// Whether distances are those in plan.
+  bool in_plan() const { return horizontal || dof == degrees_of_freedom::four; }
+
+  /// Whether the heights allow that a laid source stem is this target stem.
+  bool heights_agree(const Eigen::Vector3d& laid, stem_index t) const {
+    return horizontal || dof == degrees_of_freedom::six ||
+           std::abs(laid.z() - target.at[t].z()) < vertical_tolerance;
+  }
 
   /// Calls `visit(target stem, distance)` for the target stems nearer than `tolerance` [m] to a position.
   template <class Visit>
   void for_each_met(const Eigen::Vector3d& laid, double tolerance, const Visit& visit) const {
     target_plan->for_each_within(laid.x(), laid.y(), tolerance, [&](stem_index t, double squared) {
-      if (!horizontal) {
+      if (!in_plan()) {
         squared = (laid - target.at[t]).squaredNorm();
         if (squared >= tolerance * tolerance) return;
       }
-      visit(t, std::sqrt(squared));
+      if (heights_agree(laid, t)) visit(t, std::sqrt(squared));
     });
   }
 
@@ -111,21 +146,23 @@ class map_pair {
     return pairs;
   }
 
-  /// Least squares motion over the correspondences.
+  /// Least squares motion over the correspondences; in 4-DoF its height is the median of what they ask for.
   std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs) const {
-    std::vector<Eigen::Vector3d> from, to;
-    from.reserve(pairs.size());
-    to.reserve(pairs.size());
-    for (const correspondence& c : pairs) {
-      from.push_back(source.at[c.source]);
-      to.push_back(target.at[c.target]);
+    constexpr std::size_t few = 3;  // of the triangles, by the million
+    if (pairs.size() <= few) {
+      std::array<Eigen::Vector3d, few> from, to;
+      std::array<double, few> rises;
+      const auto used = [&](auto& all) { return std::span(all).first(pairs.size()); };
+      return fit(pairs, used(from), used(to), used(rises));
     }
-    return fit_transform(from, to, dof);
+    std::vector<Eigen::Vector3d> from(pairs.size()), to(pairs.size());
+    std::vector<double> rises(pairs.size());
+    return fit(pairs, from, to, rises);
   }
 
   /// Distance [m] of two paired stems.
   double misfit(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
-    return stem_distance(target_from_source * source.at[c.source], target.at[c.target], horizontal);
+    return stem_distance(target_from_source * source.at[c.source], target.at[c.target], in_plan());
   }
 
   /// Root mean square distance [m] of paired stems.
@@ -133,6 +170,19 @@ class map_pair {
     double squares = 0;
     for (const correspondence& c : pairs) squares += std::pow(misfit(target_from_source, c), 2);
     return pairs.empty() ? 0 : std::sqrt(squares / double(pairs.size()));
+  }
+
+ private:
+  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<Eigen::Vector3d> from,
+                                       std::span<Eigen::Vector3d> to, std::span<double> rises) const {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      from[i] = source.at[pairs[i].source];
+      to[i] = target.at[pairs[i].target];
+      rises[i] = to[i].z() - from[i].z();
+    }
+    auto motion = fit_transform(from, to, dof);
+    if (motion && dof == degrees_of_freedom::four) motion->translation().z() = median(rises);
+    return motion;
   }
 };
 
@@ -205,7 +255,7 @@ inline bool differ(const hypothesis& a, const hypothesis& b, const map_pair& map
   for (const hypothesis* h : {&a, &b})
     for (const correspondence& c : h->correspondences) {
       const Eigen::Vector3d& p = maps.source.at[c.source];
-      sum += stem_distance(a.target_from_source * p, b.target_from_source * p, maps.horizontal);
+      sum += stem_distance(a.target_from_source * p, b.target_from_source * p, maps.in_plan());
       ++count;
     }
   return count == 0 || sum > distance * double(count);
@@ -218,7 +268,9 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypoth
   constexpr double apart = 2;  // [m] of two stems that fix a motion
   std::array<bool, 3> shared;
   for (std::size_t i = 0; i < 3; ++i)
-    shared[i] = maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance;
+    shared[i] = maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance &&
+                maps.heights_agree(known.target_from_source * maps.source.at[triangle[i].source],
+                                   triangle[i].target);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (shared[i] && shared[j] &&

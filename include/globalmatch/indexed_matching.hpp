@@ -79,7 +79,9 @@ class motion_trial {
     const auto motion = maps_.fit(triangle);
     if (!motion) return std::nullopt;
     for (const correspondence& c : triangle)
-      if (maps_.misfit(*motion, c) > reach_) return std::nullopt;
+      if (maps_.misfit(*motion, c) > reach_ ||
+          !maps_.heights_agree(*motion * maps_.source.at[c.source], c.target))
+        return std::nullopt;
     std::size_t tried = 0, hits = 0;
     for (const stem_index s : around) {
       if (std::any_of(triangle.begin(), triangle.end(), [&](const auto& c) { return c.source == s; }))
@@ -143,7 +145,7 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
     trials.clear();
     for (std::size_t j = 0; j < corners; ++j)
       for (std::size_t k = j + 1; k < corners; ++k) {
-        const triangle t = make_triangle(maps.source, {i, around[j], around[k]}, maps.horizontal);
+        const triangle t = make_triangle(maps.source, {i, around[j], around[k]}, maps.in_plan());
         if (t.plan_height < flattest) continue;
         ++queries;
         for_each_admissible_order(t, tolerance, [&](const triangle& ordered) {
@@ -179,7 +181,7 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
   funnel.source_triangles += queries;
   funnel.target_triangles = index.size();
   funnel.local_pairs += candidates;
-  std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+  rank(hypotheses);
   return hypotheses;
 }
 

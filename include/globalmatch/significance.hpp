@@ -97,7 +97,8 @@ class chance {
       maps_.target_plan->for_each_within(
           laid.x(), laid.y(), std::max(reach, around), [&](stem_index t, double squared) {
             among = among || squared < around * around;
-            nearest = std::min(nearest, stem_distance(laid, maps_.target.at[t], maps_.horizontal));
+            if (maps_.heights_agree(laid, t))
+              nearest = std::min(nearest, stem_distance(laid, maps_.target.at[t], maps_.in_plan()));
           });
       result.expected += among ? result.weight : 0;
       if (nearest < reach) result.misfits.push_back(nearest);

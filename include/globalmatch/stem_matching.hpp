@@ -39,10 +39,13 @@ enum class proposal {
 
 struct matching_options {
   degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
-  bool horizontal = false;  ///< compare distances in plan; always so when a map has no heights (ours)
+  bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
-  /// 0.05). Empty: the one at which the pairs are least explainable by chance.
+  /// 0.05), in plan in 4-DoF. Empty: the one at which the pairs are least explainable by chance.
   std::optional<double> tolerance = {};
+  /// [m] in 4-DoF the heights of paired stems differ by less: where the ground is hidden, by shrubs or in a
+  /// hollow, they are off by decimetres (ours)
+  double vertical_tolerance = 1;
   globalmatch::proposal proposal = proposal::triangle_index;
   indexed_matching_options indexed = {};
   triangle_options triangles = {};      ///< of `algorithm_1`
@@ -54,6 +57,7 @@ struct matching_options {
 inline void require_valid(const matching_options& options) {
   if (options.tolerance && !(*options.tolerance > 0))
     throw std::invalid_argument("tolerance must be positive");
+  if (!(options.vertical_tolerance > 0)) throw std::invalid_argument("vertical_tolerance must be positive");
   if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
     throw std::invalid_argument("dof must be four or six");
   require_valid(options.indexed);
@@ -68,7 +72,7 @@ struct matching {
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
   std::vector<hypothesis> hypotheses;  ///< ranked, distinct; indices into the caller's positions
-  bool horizontal = false;             ///< that was used
+  bool horizontal = false;             ///< heights were ignored
   double tolerance = 0;                ///< [m] that was used
   matching_funnel funnel;
 };
@@ -98,7 +102,7 @@ struct prepared_map {
   position_set stems;
   std::shared_ptr<const plan_index> plan;
   triangle_index triangles;
-  bool horizontal = false;  ///< edges of the triangles are measured in plan
+  bool in_plan = true;  ///< edges of the triangles are measured in plan
 };
 
 namespace detail {
@@ -109,15 +113,20 @@ inline const std::vector<double> proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
 inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                        0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
+/// Whether matches measure distances in plan.
+inline bool compares_in_plan(const matching_options& options, bool has_heights) {
+  return options.dof == degrees_of_freedom::four || options.horizontal || !has_heights;
+}
+
 inline namespace GLOBALMATCH_THREADING {
 
-inline prepared_map prepare_positions(position_set stems, bool horizontal,
+inline prepared_map prepare_positions(position_set stems, bool in_plan,
                                       const indexed_matching_options& options, const execution& how) {
-  prepared_map map{std::move(stems), nullptr, {}, horizontal};
+  prepared_map map{std::move(stems), nullptr, {}, in_plan};
   map.plan = std::make_shared<plan_index>(map.stems);
   const int neighbors =
       map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
-  map.triangles = triangle_index(map.stems, *map.plan, horizontal, std::size_t(neighbors), how);
+  map.triangles = triangle_index(map.stems, *map.plan, in_plan, std::size_t(neighbors), how);
   return map;
 }
 
@@ -148,7 +157,7 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
       auto proposed = match_by_index(maps, source_plan, triangles, tolerance, by_chance, pairing, options,
                                      patient, funnel, how);
       for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
-      std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+      rank(hypotheses);
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.enough) return true;
     }
     return false;
@@ -157,7 +166,7 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
   const std::size_t larger = std::max(maps.source.size(), maps.target.size());
   if (search(target.triangles, smaller <= options.few_stems)) return hypotheses;
   if (larger > options.few_stems && larger <= options.some_stems)
-    search(triangle_index(maps.target, *target.plan, maps.horizontal, std::size_t(options.neighbors_of_few),
+    search(triangle_index(maps.target, *target.plan, maps.in_plan(), std::size_t(options.neighbors_of_few),
                           how),
            true);
   return hypotheses;
@@ -180,14 +189,14 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
         weigh(h, maps, by_chance, pairing);
         add_distinct(std::move(h), hypotheses, maps);
       }
-      std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+      rank(hypotheses);
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
   }
   // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
   for (std::size_t i = 1; i < hypotheses.size(); ++i)
     weigh(hypotheses[i], maps, by_chance, std::span(&hypotheses.front().tolerance, 1));
-  std::stable_sort(hypotheses.begin(), hypotheses.end(), ranks_before);
+  rank(hypotheses);
   return hypotheses;
 }
 
@@ -198,12 +207,17 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   matching result;
-  result.horizontal = target.horizontal;
-  const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof);
+  result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
+  const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
+                      options.vertical_tolerance);
+  if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)
+    throw std::invalid_argument(
+        maps.in_plan() ? "target was prepared for distances in space; prepare it with dof four or horizontal"
+                       : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
   result.hypotheses = propose(maps, target, options, result.funnel, how);
-  const verdict judged = judge(result.hypotheses, source, target.stems, options.verdict);
+  const verdict judged = judge(result.hypotheses, maps, options.verdict);
   result.outcome = judged.outcome;
   result.reason = judged.reason;
   for (hypothesis& h : result.hypotheses) in_caller_frames(h, source, target.stems);
@@ -229,17 +243,18 @@ inline namespace GLOBALMATCH_THREADING {
 inline matching match_positions(const position_set& source, position_set target,
                                 const matching_options& options = {}, const execution& how = {}) {
   require_valid(options);
-  const bool horizontal = options.horizontal || !source.has_heights || !target.has_heights;
-  if (options.proposal == proposal::triangle_index)
+  if (options.proposal == proposal::triangle_index) {
+    const bool in_plan = detail::compares_in_plan(options, source.has_heights && target.has_heights);
     return detail::match_prepared(
-        source, detail::prepare_positions(std::move(target), horizontal, options.indexed, how), options, how);
-  prepared_map unindexed{std::move(target), nullptr, {}, horizontal};
+        source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how), options, how);
+  }
+  prepared_map unindexed{std::move(target), nullptr, {}};
   unindexed.plan = std::make_shared<plan_index>(unindexed.stems);
   return detail::match_prepared(source, unindexed, options, how);
 }
 
-/// Prepares a map that many others are matched against. Positions as in `match_stems`; `options.horizontal`
-/// says whether the matches will compare in plan, as they must when they have no heights. Throws as
+/// Prepares a map that many others are matched against. Positions as in `match_stems`; `options.dof` and
+/// `options.horizontal` are those of the matches to come. Throws as
 /// `match_stems` does, and `operation_cancelled` when the progress callback says so. Cost: linear in the
 /// stems.
 template <position_range R>
@@ -247,18 +262,16 @@ prepared_map prepare_map(const R& stems, const matching_options& options = {},
                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
   position_set set = import_positions(stems, up, "stems");
-  const bool horizontal = options.horizontal || !set.has_heights;
-  return detail::prepare_positions(std::move(set), horizontal, options.indexed, how);
+  const bool in_plan = detail::compares_in_plan(options, set.has_heights);
+  return detail::prepare_positions(std::move(set), in_plan, options.indexed, how);
 }
 
 /// Matches positions against a prepared map. Throws `std::invalid_argument` also when the map was prepared
-/// for distances with heights and these have none.
+/// for other degrees of freedom.
 template <position_range Source>
 matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},
                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   const position_set set = import_positions(source, up, "source");
-  if (!target.horizontal && (options.horizontal || !set.has_heights))
-    throw std::invalid_argument("target was prepared for distances with heights; prepare it with horizontal");
   try {
     return detail::match_prepared(set, target, options, how);
   } catch (const operation_cancelled& e) {

@@ -3,10 +3,12 @@
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -50,6 +52,9 @@ struct verdict_options {
   /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
   /// (ours).
   double rival_share = 0.5;
+  /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled: 4-DoF
+  /// cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise (ours).
+  double most_tilt = std::numbers::pi / 180;
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -61,6 +66,7 @@ inline void require_valid(const verdict_options& options) {
     throw std::invalid_argument("verdict.most_false_alarms must be positive");
   if (!(options.rival_share > 0 && options.rival_share <= 1))
     throw std::invalid_argument("verdict.rival_share must lie in (0, 1]");
+  if (!(options.most_tilt >= 0)) throw std::invalid_argument("verdict.most_tilt must not be negative");
 }
 
 struct verdict {
@@ -85,14 +91,47 @@ inline double spread_in_plan(const hypothesis& h, const position_set& source) {
   return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
 }
 
+/// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
+/// beyond doubt: less three standard deviations. 0 for fewer than six pairs, and those in a line.
+inline double certain_tilt(const hypothesis& h, const map_pair& maps) {
+  constexpr std::size_t unknowns = 3, least = unknowns + 3;
+  constexpr double deviations = 3;
+  const std::size_t count = h.correspondences.size();
+  if (count < least) return 0;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double squares = 0;
+  const Eigen::Vector3d center = maps.target.at[h.correspondences.front().target];
+  for (const correspondence& c : h.correspondences) {
+    const Eigen::Vector3d& t = maps.target.at[c.target];
+    const double rise = t.z() - (h.target_from_source * maps.source.at[c.source]).z();
+    const Eigen::Vector3d row(1, t.x() - center.x(), t.y() - center.y());
+    normal += row * row.transpose();
+    right += rise * row;
+    squares += rise * rise;
+  }
+  const Eigen::FullPivLU<Eigen::Matrix3d> solver(normal);
+  if (!solver.isInvertible()) return 0;
+  const Eigen::Vector3d plane = solver.solve(right);
+  // Student's t of n degrees of freedom has the variance n / (n - 2).
+  const double variance = std::max(0.0, squares - plane.dot(right)) / double(count - unknowns - 2);
+  const Eigen::Matrix2d covariance = variance * solver.inverse().bottomRightCorner<2, 2>();
+  const Eigen::Vector2d slope = plane.tail<2>();
+  const double length = slope.norm();
+  if (!(length > 0)) return 0;
+  const double doubt = std::sqrt(std::max(0.0, slope.dot(covariance * slope))) / length;
+  return std::atan(std::max(0.0, length - deviations * doubt));
+}
+
 }  // namespace detail
 
-/// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, and
-/// no rival that explains the stems nearly as well. `hypotheses` are ranked, distinct, and weighed against
-/// chance at one tolerance.
-inline verdict judge(std::span<const hypothesis> hypotheses, const position_set& source,
-                     const position_set& target, const verdict_options& options = {}) {
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
+/// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked,
+/// distinct, weighed against chance at one tolerance, and in the frames of `maps`.
+inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& maps,
+                     const verdict_options& options = {}) {
   require_valid(options);
+  const position_set &source = maps.source, &target = maps.target;
   const auto least = std::size_t(options.least_correspondences);
   const std::string needed = "at least " + std::to_string(least) + " are needed";
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
@@ -122,6 +161,12 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const position_set&
   if (by_chance)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, which chance explains; more overlap is needed"};
+  const double tilt = maps.horizontal ? 0 : detail::certain_tilt(hypotheses.front(), maps);
+  if (tilt > options.most_tilt)
+    return {outcome::not_registered,
+            "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
+                std::to_string(int(tilt * 180 / std::numbers::pi)) +
+                " degrees, so the scans were not levelled alike; six degrees of freedom are needed"};
   return {outcome::registered, ""};
 }
 
