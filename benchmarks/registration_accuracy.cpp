@@ -2,6 +2,7 @@
 // stem maps by precision and recall, pairs by right, wrong and refused, motions by e_p, e_R and e_t.
 #include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
+#include <globalmatch/statistics.hpp>
 
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
@@ -9,10 +10,10 @@
 #include "support/simulator/scenes.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <chrono>
 #include <iomanip>
 #include <iostream>
-#include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -20,14 +21,20 @@
 using namespace globalmatch;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
+using clock_type = std::chrono::steady_clock;
 
 namespace {
+
+double seconds_since(clock_type::time_point start) {
+  return std::chrono::duration<double>(clock_type::now() - start).count();
+}
 
 constexpr std::uint32_t least_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
 
 /// What one scan is judged by, once its points are gone.
 struct mapped_scan {
   stem_map map;
+  double seconds = 0;  // of mapping
   map_score score;
   std::vector<Vector3d> sample;  // of the scan, for e_p
   Isometry3d plot_from_scan;
@@ -35,11 +42,13 @@ struct mapped_scan {
 
 mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& how) {
   constexpr std::size_t every = 50;  // point of the scan goes into the sample
-  const auto scan = plot.scan(i);
+  const auto scan = plot.scan(i, how);
   mapped_scan result;
   result.plot_from_scan = plot.stations()[i].plot_from_scan;
   for (std::size_t k = 0; k < scan.points.size(); k += every) result.sample.push_back(scan.points[k]);
+  const auto start = clock_type::now();
   result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), how);
+  result.seconds = seconds_since(start);
 
   std::vector<Vector3d> found, truth;
   std::vector<std::uint32_t> returns;
@@ -56,73 +65,74 @@ mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& 
 /// Two scans registered.
 struct registered_pair {
   std::string scene;
-  std::uint64_t seed;
-  std::size_t source, target;  // stations
-  bool neighbors;              // one of them is the first station, or they are next to each other around it
-  globalmatch::outcome outcome;
-  std::size_t matches, source_stems, target_stems;
-  registration_error coarse, fine;  // of the best hypothesis; after ICP, where it ran
-  bool refined;
+  std::uint64_t seed = 0;
+  std::size_t source = 0, target = 0;  // stations
+  bool neighbors = false;  // one of them is the first station, or they are next to each other around it
+  globalmatch::outcome outcome = outcome::not_registered;
+  std::size_t matches = 0, source_stems = 0, target_stems = 0;
+  std::optional<registration_error> coarse, fine;  // of the best hypothesis; after ICP, where it ran
+  double matching_seconds = 0, icp_seconds = 0;
 
-  bool right() const { return outcome == outcome::registered && coarse.success(); }
-  bool wrong() const { return outcome == outcome::registered && !coarse.success(); }
+  /// Of the motion that was returned.
+  const std::optional<registration_error>& returned() const { return fine ? fine : coarse; }
+  bool right() const { return outcome == outcome::registered && returned()->success(); }
+  bool wrong() const { return outcome == outcome::registered && !returned()->success(); }
 };
 
-registered_pair register_pair(const mapped_scan& source, const mapped_scan& target, bool refine,
-                              const execution& how) {
-  registration_options options;
-  if (!refine) options.icp.metric = icp_metric::none;
-  const registration result = register_maps(source.map, target.map, options, how);
+registered_pair register_pair(const mapped_scan& source, const mapped_scan& target,
+                              const registration_options& options, const execution& how) {
+  registration_options coarse_options = options;
+  coarse_options.icp.metric = icp_metric::none;
   const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
   const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
-  registered_pair pair{};
-  pair.outcome = result.outcome;
-  pair.matches = result.matching.funnel.correspondences;
+  const auto error = [&](const Isometry3d& motion) {
+    return evaluate_registration(motion, truth, source.sample, up);
+  };
+  registered_pair pair;
+  auto start = clock_type::now();
+  const registration coarse = register_maps(source.map, target.map, coarse_options, how);
+  pair.matching_seconds = seconds_since(start);
+  pair.outcome = coarse.outcome;
+  pair.matches = coarse.matching.funnel.correspondences;
   pair.source_stems = source.map.stems.size();
   pair.target_stems = target.map.stems.size();
-  pair.refined = result.icp && result.icp->converged;
-  if (!result.matching.hypotheses.empty())
-    pair.coarse = evaluate_registration(result.matching.hypotheses.front().target_from_source, truth,
-                                        source.sample, up);
-  if (pair.refined) pair.fine = evaluate_registration(*result.target_from_source, truth, source.sample, up);
+  if (!coarse.matching.hypotheses.empty())
+    pair.coarse = error(coarse.matching.hypotheses.front().target_from_source);
+  if (options.icp.metric == icp_metric::none) return pair;
+  start = clock_type::now();
+  const registration fine = register_maps(source.map, target.map, options, how);
+  pair.icp_seconds = seconds_since(start) - pair.matching_seconds;
+  if (fine.icp && fine.icp->converged) pair.fine = error(*fine.target_from_source);
   return pair;
 }
 
 /// All that was measured on a scene with some seeds.
 struct scene_result {
   std::vector<map_score> scores;
+  std::vector<double> mapping_seconds;  // of each scan
   std::vector<registered_pair> pairs;
-  std::map<std::string, double> seconds;  // by stage, a scan
-
-  void add(const scene_result& other) {
-    scores.insert(scores.end(), other.scores.begin(), other.scores.end());
-    pairs.insert(pairs.end(), other.pairs.begin(), other.pairs.end());
-    for (const auto& [stage, s] : other.seconds) seconds[stage] += s;
-  }
 };
 
-scene_result run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step,
-                       int threads) {
+void run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step,
+               const registration_options& registering, const execution& how, scene_result& result) {
   support::simulation_options options = scene.options;
   options.seed = seed;
   if (angular_step > 0) options.scanner.angular_step = angular_step;
   support::simulation plot(options);
-  support::stage_clock clock;
-  const execution how = clock.listen(threads);
-  scene_result result;
   std::vector<mapped_scan> scans;
   for (std::size_t i = 0; i < plot.stations().size(); ++i) {
     scans.push_back(map_scan(plot, i, how));
-    clock.leave();
     result.scores.push_back(scans.back().score);
+    result.mapping_seconds.push_back(scans.back().seconds);
   }
   const std::size_t around = scans.size() - 1;  // stations around the first
   for (std::size_t target = 0; target < scans.size(); ++target)
     for (std::size_t source = target + 1; source < scans.size(); ++source) {
       // As in [GM] 5.2.2 the scans are laid on the middle one for good; the other pairs tell how robust that
       // is.
-      registered_pair pair = register_pair(scans[source], scans[target], target == 0, how);
-      clock.leave();
+      registration_options for_pair = registering;
+      if (target != 0) for_pair.icp.metric = icp_metric::none;
+      registered_pair pair = register_pair(scans[source], scans[target], for_pair, how);
       pair.scene = scene.name;
       pair.seed = seed;
       pair.source = source + 1;
@@ -131,67 +141,77 @@ scene_result run_scene(const support::named_scene& scene, std::uint64_t seed, do
       pair.neighbors = target == 0 || apart == 1 || apart == around - 1;
       result.pairs.push_back(pair);
     }
-  const auto stages = clock.stages();
-  for (const auto& [stage, seconds] : stages.items())
-    result.seconds[stage] = seconds.get<double>() / double(scans.size());
-  return result;
 }
 
+constexpr const char* csv_head =
+    "scene,seed,source,target,neighbors,outcome,source_stems,target_stems,matches,matching_seconds,"
+    "icp_seconds,coarse_e_p,coarse_e_R,coarse_e_t,fine_e_p,fine_horizontal,fine_vertical,fine_e_R,fine_e_t\n";
+
+/// One line of the CSV; what there is not stays empty.
 void print_pair(std::ostream& out, const registered_pair& p) {
   out << p.scene << ',' << p.seed << ',' << p.source << ',' << p.target << ',' << p.neighbors << ','
       << to_string(p.outcome) << ',' << p.source_stems << ',' << p.target_stems << ',' << p.matches << ','
-      << p.coarse.pointwise << ',' << p.coarse.rotation << ',' << p.coarse.translation << ',' << p.refined
-      << ',' << p.fine.pointwise << ',' << p.fine.horizontal << ',' << p.fine.vertical << ','
-      << p.fine.rotation << ',' << p.fine.translation << '\n';
+      << p.matching_seconds << ',' << p.icp_seconds;
+  if (const auto& e = p.coarse)
+    out << ',' << e->pointwise << ',' << e->rotation << ',' << e->translation;
+  else
+    out << ",,,";
+  if (const auto& e = p.fine)
+    out << ',' << e->pointwise << ',' << e->horizontal << ',' << e->vertical << ',' << e->rotation << ','
+        << e->translation;
+  else
+    out << ",,,,,";
+  out << '\n';
 }
 
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// One row of the table.
-void print_row(std::ostream& out, const std::string& name, const std::string& seeds, const scene_result& r) {
+/// Sums of finds, means of errors over the true finds of all maps.
+map_score sum_of(const std::vector<map_score>& scores) {
   map_score sum;
-  for (const map_score& s : r.scores) {
+  for (const map_score& s : scores) {
     sum.found += s.found;
     sum.true_finds += s.true_finds;
     sum.required += s.required;
     sum.required_found += s.required_found;
-    sum.plan_error += s.plan_error / double(r.scores.size());
-    sum.height_error += s.height_error / double(r.scores.size());
+    sum.plan_error += s.plan_error * double(s.true_finds);
+    sum.height_error += s.height_error * double(s.true_finds);
   }
+  for (double* mean : {&sum.plan_error, &sum.height_error})
+    if (sum.true_finds > 0) *mean /= double(sum.true_finds);
+  return sum;
+}
+
+constexpr const char* table_head =
+    "| scene | seeds | precision | recall | F1 [%] | plan, height error [cm] | pairs right, wrong, refused | "
+    "neighbours right | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] | e_t [cm] | seconds: mapping a scan, "
+    "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+/// One row of the table.
+void print_row(std::ostream& out, const std::string& name, const std::string& seeds, scene_result& r) {
+  const map_score sum = sum_of(r.scores);
   std::size_t right = 0, wrong = 0, neighbors = 0, neighbors_right = 0;
-  std::vector<double> coarse, fine, rotation, translation;
+  std::vector<double> coarse, fine, rotation, translation, matching, refining;
   for (const registered_pair& p : r.pairs) {
     right += p.right();
     wrong += p.wrong();
     neighbors += p.neighbors;
     neighbors_right += p.neighbors && p.right();
-    if (p.right()) coarse.push_back(100 * p.coarse.pointwise);
-    if (!p.right() || !p.refined) continue;
-    fine.push_back(100 * p.fine.pointwise);
-    rotation.push_back(1000 * p.fine.rotation);
-    translation.push_back(100 * p.fine.translation);
+    matching.push_back(p.matching_seconds);
+    if (p.right()) coarse.push_back(100 * p.coarse->pointwise);
+    if (!p.right() || !p.fine) continue;
+    refining.push_back(p.icp_seconds);
+    fine.push_back(100 * p.fine->pointwise);
+    rotation.push_back(1000 * p.fine->rotation);
+    translation.push_back(100 * p.fine->translation);
   }
-  double mapping = 0, matching = 0, refining = 0;
-  for (const auto& [stage, seconds] : r.seconds)
-    (stage == "icp" ? refining : stage.ends_with("matching") ? matching : mapping) += seconds;
   out << std::fixed << std::setprecision(1) << "| `" << name << "` | " << seeds << " | "
       << 100 * sum.precision() << " | " << 100 * sum.recall() << " | " << 100 * sum.f1() << " | "
       << 100 * sum.plan_error << ", " << 100 * sum.height_error << " | " << right << ", " << wrong << ", "
       << r.pairs.size() - right - wrong << " | " << neighbors_right << " of " << neighbors << " | "
       << std::setprecision(2) << median(coarse) << " | " << median(fine) << " | " << median(rotation) << " | "
-      << median(translation) << " | " << mapping << " + " << matching << " + " << refining << " |\n"
+      << median(translation) << " | " << median(r.mapping_seconds) << ", " << std::setprecision(3)
+      << median(matching) << ", " << median(refining) << " |\n"
       << std::flush;
 }
-
-constexpr const char* table_head =
-    "| scene | seeds | precision | recall | F1 [%] | plan, height error [cm] | pairs right, wrong, refused | "
-    "neighbours right | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] | e_t [cm] | seconds a scan: mapping + "
-    "matching + ICP |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 }  // namespace
 
@@ -205,27 +225,28 @@ int main(int argc, char** argv) {
   std::vector<std::uint64_t> seeds(std::begin(support::tuning_seeds), std::end(support::tuning_seeds));
   std::filesystem::path pairs_file = "registration_accuracy.csv";
   double angular_step = 0;
-  int threads = 0;
+  support::shared_options shared;
   app.add_option("--scenes", names, "names of scenes")->delimiter(',');
   app.add_option("--seeds", seeds, "of the scenes")->delimiter(',')->capture_default_str();
   app.add_option("--pairs", pairs_file, "CSV with a line for each pair")->capture_default_str();
   app.add_option("--angular-step", angular_step, "instead of the scenes' own [deg]");
-  app.add_option("--threads", threads, "number of threads; 0: all")->capture_default_str();
+  shared.add_matching_to(app);
+  shared.add_icp_to(app);
+  shared.add_threads_to(app);
 
   return support::run_program(app, argc, argv, [&] {
     support::atomic_file csv(pairs_file);
-    csv.stream() << "scene,seed,source,target,neighbors,outcome,source_stems,target_stems,matches,"
-                    "coarse_e_p,coarse_e_R,coarse_e_t,refined,fine_e_p,fine_horizontal,fine_vertical,"
-                    "fine_e_R,fine_e_t\n";
+    csv.stream() << csv_head;
     std::string all_seeds;
     for (const std::uint64_t seed : seeds)
       all_seeds += (all_seeds.empty() ? "" : ", ") + std::to_string(seed);
+    const registration_options registering = {{}, shared.for_matching(), shared.for_icp()};
+    const execution how{.threads = shared.threads};
     std::cout << table_head;
     for (const std::string& name : names) {
       scene_result result;
       for (const std::uint64_t seed : seeds)
-        result.add(run_scene(support::find_scene(name), seed, angular_step, threads));
-      for (auto& [stage, seconds] : result.seconds) seconds /= double(seeds.size());
+        run_scene(support::find_scene(name), seed, angular_step, registering, how, result);
       print_row(std::cout, name, all_seeds, result);
       for (const registered_pair& pair : result.pairs) print_pair(csv.stream(), pair);
     }

@@ -48,12 +48,15 @@ int main(int argc, char** argv) {
              target_triangles = build_triangles(target, false);
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance);
   const map_pair maps(source, target, false, degrees_of_freedom::four);
-  const auto hypotheses = match_globally(maps, pairs, tolerance);
+  auto hypotheses = match_globally(maps, pairs, tolerance);
+  const chance by_chance(maps);
+  for (hypothesis& h : hypotheses) weigh(h, maps, by_chance, std::span(&tolerance, 1));
+  rank(hypotheses);
   std::cout << source_triangles.size() << " and " << target_triangles.size() << " triangles, " << pairs.size()
             << " congruent pairs, " << hypotheses.size() << " hypotheses\n";
 
   // Section 3.3: from the best hypothesis, if it is to be trusted, to the motion between the scans.
-  const verdict judged = judge(hypotheses, source, target);
+  const verdict judged = judge(hypotheses, maps);
   std::cout << to_string(judged.outcome) << ' ' << judged.reason << '\n';
   if (judged.outcome != outcome::registered) return 1;
   const Eigen::Isometry3d target_from_source = target.frame.local_from_scan().inverse() *

@@ -36,11 +36,15 @@ std::vector<scan_pair> pairs_of(const std::vector<fs::path>& scans, const fs::pa
   return pairs;
 }
 
-void require_distinct_names(const std::vector<fs::path>& scans) {
-  std::set<fs::path> names;
+void require_distinct_names(const std::vector<fs::path>& scans, const std::vector<scan_pair>& pairs) {
+  std::set<fs::path> names, transforms;
   for (const fs::path& file : scans)
     if (!names.insert(file.stem()).second)
       throw support::file_error(file, "two scans have this name", "Rename one: the results are named by it.");
+  for (const scan_pair& pair : pairs)
+    if (!transforms.insert(pair.transform_file).second)
+      throw support::file_error(pair.transform_file, "two pairs of scans would write this file",
+                                "Rename a scan: the results are named by them.");
 }
 
 void make_folder(const fs::path& path) {
@@ -71,9 +75,9 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     scan_files.insert(scan_files.begin(), target_file);
-    require_distinct_names(scan_files);
-    make_folder(out_dir);
     const std::vector<scan_pair> pairs = pairs_of(scan_files, out_dir, all_pairs);
+    require_distinct_names(scan_files, pairs);
+    make_folder(out_dir);
     support::require_writable({options.json});
     for (const scan_pair& pair : pairs) support::require_writable({pair.transform_file});
 
@@ -114,13 +118,13 @@ int main(int argc, char** argv) {
       out << scan_files[pair.source].filename().string() << " on "
           << scan_files[pair.target].filename().string() << ": " << support::summary(result.matching) << '\n';
     }
+    // At the end, so that an unreadable scan leaves all old results in place.
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      support::write_or_remove_transform(pairs[i].transform_file, transforms[i]);
     support::write_json(options.json, {{"target", scan_reports.front()},
                                        {"pairs", std::move(pair_reports)},
                                        {"seconds", seconds},
                                        {"stages", clock.stages()}});
-    // Last, so that an unreadable scan leaves all old results in place.
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      support::write_or_remove_transform(pairs[i].transform_file, transforms[i]);
     const bool all_registered = std::all_of(transforms.begin(), transforms.end(),
                                             [](const auto& transform) { return transform.has_value(); });
     return all_registered ? support::done : support::no_registration;

@@ -246,15 +246,22 @@ TEST_CASE("gathering lowest points refuses an up without direction") {
         }).starts_with("up must be"));
 }
 
-TEST_CASE("unreachable points are those above what the slope reaches from any other, by brute force") {
+TEST_CASE("unreachable points are those above what the slope reaches from any that has company, by brute force") {
   constexpr double slope = 1, step = 0.5;
   constexpr int columns = 17, rows = 11;
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     random_source random(seed);
     std::vector<float> heights;
     for (int i = 0; i < columns * rows; ++i)
-      heights.push_back(random.uniform() < 0.4 ? float(nan) : float(3 * random.uniform()));
+      heights.push_back(random.uniform() < 0.6 ? float(nan) : float(3 * random.uniform()));
     lowest_raster raster = raster_of(columns, rows, heights);
+    const auto has_company = [&](int j) {
+      int others = 0;
+      for (int k = 0; k < columns * rows; ++k)
+        others += k != j && !std::isnan(heights[std::size_t(k)]) &&
+                  std::abs(k % columns - j % columns) <= 2 && std::abs(k / columns - j / columns) <= 2;
+      return others >= 4;
+    };
     std::vector<bool> expected;
     for (int i = 0; i < columns * rows; ++i) {
       bool unreachable = false;
@@ -263,7 +270,7 @@ TEST_CASE("unreachable points are those above what the slope reaches from any ot
         const int dc = std::abs(i % columns - j % columns), dr = std::abs(i / columns - j / columns);
         const double way = resolution * (std::max(dc, dr) + (std::sqrt(2) - 1) * std::min(dc, dr));
         const auto at = [&](int k) { return double(heights[std::size_t(k)]); };
-        unreachable = unreachable || at(i) > at(j) + slope * way + step + 1e-5;
+        unreachable = unreachable || (has_company(j) && at(i) > at(j) + slope * way + step + 1e-5);
       }
       expected.push_back(unreachable);
     }
@@ -286,6 +293,19 @@ TEST_CASE("a slope of 40 degrees and a step of 0.4 m are reachable ground, a ste
   raster.points[raster.cell(30, 4)].z() += 1.5f;
   CHECK(remove_unreachable(raster, 1, 0.5) == 1);
   CHECK_FALSE(raster.holds(30, 4));
+}
+
+TEST_CASE("a lone point far below the edge of a scan takes no ground with it") {
+  constexpr int columns = 30, rows = 12;
+  std::vector<float> heights(columns * rows, 0.0f);
+  for (int r = 0; r < rows; ++r)
+    for (int c = 20; c < columns; ++c) heights[std::size_t(r * columns + c)] = float(nan);
+  heights[5 * columns + 22] = -8;  // multipath, with five points of ground in reach
+  heights[5 * columns + 28] = -8;  // and where there is none
+  for (const int row : {3, 4, 6, 7}) heights[std::size_t(row * columns + 20)] = float(nan);
+  lowest_raster raster = raster_of(columns, rows, heights);
+  CHECK(remove_low_outliers(raster, 0.3) == 0);
+  CHECK(remove_unreachable(raster, 1, 0.5) == 0);
 }
 
 }  // namespace globalmatch

@@ -39,10 +39,14 @@ void shared_options::add_icp_to(CLI::App& app) {
       ->capture_default_str();
 }
 
-void shared_options::add_execution_to(CLI::App& app) {
+void shared_options::add_threads_to(CLI::App& app) {
   app.add_option("--threads", threads, "number of threads; 0: all")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
+}
+
+void shared_options::add_execution_to(CLI::App& app) {
+  add_threads_to(app);
   app.add_option("--json", json, "write counts, times and the result to this file")->type_name("FILE");
 }
 

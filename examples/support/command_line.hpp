@@ -38,6 +38,7 @@ struct shared_options {
   void add_mapping_to(CLI::App& app);    ///< --up --scanner --seed --no-verticality
   void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal
   void add_icp_to(CLI::App& app);        ///< --icp
+  void add_threads_to(CLI::App& app);    ///< --threads
   void add_execution_to(CLI::App& app);  ///< --threads --json
 
   Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }

@@ -103,10 +103,11 @@ class map_pair {
   /// Whether distances are those in plan.
   bool in_plan() const { return horizontal || dof == degrees_of_freedom::four; }
 
+  /// Whether heights tell, apart from distances, which stems cannot be one.
+  bool heights_tell() const { return !horizontal && dof == degrees_of_freedom::four; }
   /// Whether the heights allow that a laid source stem is this target stem.
   bool heights_agree(const Eigen::Vector3d& laid, stem_index t) const {
-    return horizontal || dof == degrees_of_freedom::six ||
-           std::abs(laid.z() - target.at[t].z()) < vertical_tolerance;
+    return !heights_tell() || std::abs(laid.z() - target.at[t].z()) < vertical_tolerance;
   }
 
   /// Calls `visit(target stem, distance)` for the target stems nearer than `tolerance` [m] to a position.

@@ -187,6 +187,24 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   return raster;
 }
 
+namespace detail {
+
+/// Points within two cells of a cell, itself not counted, that `counts(height)`.
+template <class Counts>
+int count_around(const lowest_raster& raster, int column, int row, const Counts& counts) {
+  int count = 0;
+  for (int r = row - 2; r <= row + 2; ++r)
+    for (int c = column - 2; c <= column + 2; ++c)
+      if ((c != column || r != row) && raster.holds(c, r) && counts(raster.points[raster.cell(c, r)].z()))
+        ++count;
+  return count;
+}
+
+/// With fewer points around it nobody can tell whether a point is an outlier.
+constexpr int least_around = 4;
+
+}  // namespace detail
+
 /// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
 /// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
 /// many.
@@ -195,15 +213,12 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c) {
       if (!raster.holds(c, r)) continue;
-      const float z = raster.points[raster.cell(c, r)].z();
-      int neighbors = 0, near = 0;
-      for (int dr = -2; dr <= 2; ++dr)
-        for (int dc = -2; dc <= 2; ++dc) {
-          if ((dr == 0 && dc == 0) || !raster.holds(c + dc, r + dr)) continue;
-          ++neighbors;
-          near += raster.points[raster.cell(c + dc, r + dr)].z() < z + depth ? 1 : 0;
-        }
-      if (neighbors >= 4 && near <= 1) outliers.push_back(raster.cell(c, r));
+      const double z = raster.points[raster.cell(c, r)].z();
+      const auto any = [](float) { return true; };
+      const auto near = [&](float other) { return other < z + depth; };
+      if (detail::count_around(raster, c, r, any) >= detail::least_around &&
+          detail::count_around(raster, c, r, near) <= 1)
+        outliers.push_back(raster.cell(c, r));
     }
   for (const std::size_t i : outliers) raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
   return outliers.size();
@@ -211,13 +226,20 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
 
 /// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
 /// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
-/// shrubs the lowest points are on stems and crowns. Returns how many. Cost: linear in the cells.
+/// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
+/// ground. Returns how many. Cost: linear in the cells.
 inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step) {
   const float straight = float(slope * raster.resolution), diagonal = float(std::sqrt(2.0)) * straight;
   std::vector<float> reach;  // highest that the ground can be at each cell
   reach.reserve(raster.points.size());
-  for (const Eigen::Vector3f& p : raster.points)
-    reach.push_back(std::isnan(p.z()) ? std::numeric_limits<float>::infinity() : p.z());
+  for (int r = 0; r < raster.rows; ++r)
+    for (int c = 0; c < raster.columns; ++c) {
+      const bool proves_ground = raster.holds(c, r) && detail::count_around(raster, c, r, [](float) {
+                                                         return true;
+                                                       }) >= detail::least_around;
+      reach.push_back(proves_ground ? raster.points[raster.cell(c, r)].z()
+                                    : std::numeric_limits<float>::infinity());
+    }
   const auto relax = [&](int c, int r, int forward) {
     float& here = reach[raster.cell(c, r)];
     const auto from = [&](int dc, int dr, float rise) {

@@ -19,6 +19,7 @@
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/statistics.hpp"
 
 namespace globalmatch {
 
@@ -76,33 +77,38 @@ class chance {
     double expected = 0;          ///< stems laid where target stems stand around
     std::vector<double> misfits;  ///< [m] from the nearest target stem, increasing, where one is near
     double weight = 1;            ///< stems that each of these stands for
+    double raised = 0;            ///< [m] by how much the motion was raised
     double matched(double tolerance) const {
       return weight * double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
     }
   };
 
   /// Lays source stems, of large maps some thousands from all over, and looks for target stems within `reach`
-  /// [m] of them.
-  landing lay(const Eigen::Isometry3d& target_from_source, double reach) const {
+  /// [m] of them. In 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m].
+  landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
     constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
     constexpr std::size_t most_laid = 8192;
     const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
     const double around = radii * stem_radius_;
+    std::vector<meeting> meetings;
     landing result;
     result.weight = double(step);
     for (std::size_t s = 0; s < maps_.source.size(); s += step) {
       const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
       bool among = false;
-      double nearest = reach;
+      meeting nearest{reach, 0};
       maps_.target_plan->for_each_within(
           laid.x(), laid.y(), std::max(reach, around), [&](stem_index t, double squared) {
             among = among || squared < around * around;
-            if (maps_.heights_agree(laid, t))
-              nearest = std::min(nearest, stem_distance(laid, maps_.target.at[t], maps_.in_plan()));
+            const Eigen::Vector3d& at = maps_.target.at[t];
+            const double misfit = stem_distance(laid, at, maps_.in_plan());
+            if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
           });
       result.expected += among ? result.weight : 0;
-      if (nearest < reach) result.misfits.push_back(nearest);
+      if (nearest.misfit < reach) meetings.push_back(nearest);
     }
+    if (maps_.heights_tell()) result.raised = leave_agreeing(meetings, tolerance);
+    for (const meeting& m : meetings) result.misfits.push_back(m.misfit);
     std::sort(result.misfits.begin(), result.misfits.end());
     return result;
   }
@@ -120,6 +126,23 @@ class chance {
   }
 
  private:
+  /// A laid source stem and the target stem nearest to it.
+  struct meeting {
+    double misfit, rise;  // [m]
+  };
+
+  /// Removes meetings whose heights are too far from those of most within `tolerance` [m]; returns the rise
+  /// [m] of these.
+  double leave_agreeing(std::vector<meeting>& meetings, double tolerance) const {
+    std::vector<double> rises;
+    for (const meeting& m : meetings)
+      if (m.misfit < tolerance) rises.push_back(m.rise);
+    const double rise = rises.empty() ? 0 : median(rises);
+    std::erase_if(meetings,
+                  [&](const meeting& m) { return std::abs(m.rise - rise) >= maps_.vertical_tolerance; });
+    return rise;
+  }
+
   double of_meeting_at_random(double tolerance) const {
     double sum = 0;
     for (const double density : densities_)
@@ -190,7 +213,8 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
   constexpr int rounds = 4;
   constexpr double still = 0.1;  // of the tolerance
   for (int round = 0; round < rounds; ++round) {
-    const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back());
+    const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back(), h.tolerance);
+    h.target_from_source.translation().z() += landing.raised;
     h.log10_false_alarms = std::numeric_limits<double>::infinity();
     for (const double tolerance : tolerances) {
       const double alarms =

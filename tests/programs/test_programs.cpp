@@ -183,6 +183,38 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
 
   REQUIRE(call(directory, "register_plot", "scan_1.ply scan_2.ply --out-dir all").status == 0);
   CHECK(bytes_of(directory / "all/T_scan_2.txt") == bytes_of(directory / "T.txt"));
+
+  REQUIRE(call(directory, "04_step_by_step", "scan_2.ply scan_1.ply").status == 0);
+  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("registered"));
+}
+
+TEST_CASE("register_plot --all-pairs lays every scan on every earlier one, and names no file twice") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 0.2 --seed 5").status == 0);
+  REQUIRE(call(directory, "register_plot",
+               "scan_1.ply scan_2.ply scan_3.ply --out-dir all --all-pairs --icp none --json r.json")
+              .status == 0);
+  const auto pose = [&](int k) { return read_transform(directory / ("pose_" + std::to_string(k) + ".txt")); };
+  const auto error = [&](const char* file, int source, int target) {
+    const Eigen::Isometry3d truth = pose(target).inverse() * pose(source);
+    return (read_transform(directory / file).translation() - truth.translation()).norm();
+  };
+  CHECK(error("all/T_scan_2.txt", 2, 1) < 0.1);
+  CHECK(error("all/T_scan_3.txt", 3, 1) < 0.1);
+  CHECK(error("all/T_scan_3_on_scan_2.txt", 3, 2) < 0.1);
+  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(report["pairs"].size() == 3);
+  CHECK(report["pairs"][2]["name"] == "scan_3");
+  CHECK(report["pairs"][2]["target_name"] == "scan_2");
+
+  std::filesystem::rename(directory / "scan_3.ply", directory / "scan_3_on_scan_2.ply");
+  std::filesystem::copy(directory / "scan_1.ply", directory / "scan_3.ply");
+  const run clash = call(
+      directory, "register_plot",
+      "scan_1.ply scan_2.ply scan_3.ply scan_3_on_scan_2.ply --out-dir clash --all-pairs --icp none");
+  CHECK(clash.status == 2);
+  CHECK_THAT(clash.complaint, Contains("T_scan_3_on_scan_2.txt") && Contains("Rename"));
+  CHECK(!std::filesystem::exists(directory / "clash"));
 }
 
 TEST_CASE("simulate_plot takes a scene by name, with further options before or after it overriding it") {
