@@ -51,6 +51,8 @@ if(GLOBALMATCH_BUILD_EXAMPLES OR GLOBALMATCH_BUILD_TESTS OR GLOBALMATCH_BUILD_BE
     add_library(globalmatch_embree INTERFACE IMPORTED)
     target_include_directories(globalmatch_embree INTERFACE ${EMBREE_INCLUDE_DIRS})
     target_link_libraries(globalmatch_embree INTERFACE ${EMBREE_LIBRARIES})
+    # The headers of Embree 3 and 4 may lie side by side in one folder.
+    target_compile_definitions(globalmatch_embree INTERFACE GLOBALMATCH_EMBREE_MAJOR=${EMBREE_VERSION_MAJOR})
   else()
     message(STATUS "globalmatch: Embree 3 or 4 is not installed (Debian: libembree-dev); "
                    "simulate_plot and the tests of the simulator are left out")

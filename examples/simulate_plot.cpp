@@ -36,6 +36,11 @@ void add_to(CLI::App& app, support::simulation_options& o) {
         throw CLI::Success();
       },
       "print the frozen scenes and exit");
+  app.add_flag_callback(
+         "--mobile", [&o] { o = support::with_carried_scanner(o); },
+         "carry the scanner through the plot, each station is another way; with the noise, reach and beam of "
+         "scene `mobile`, unless further options override them")
+      ->disable_flag_override();
   add("--width", o.plot.width, "of the plot along x [m]");
   add("--depth", o.plot.depth, "of the plot along y [m]");
   add("--margin", o.plot.margin, "of the same forest around the plot [m]");
@@ -49,6 +54,7 @@ void add_to(CLI::App& app, support::simulation_options& o) {
   add("--density", o.plot.layout.stems_per_hectare, "stems per hectare, but for rows");
   add("--row-spacing", o.plot.layout.row_spacing, "between rows [m]");
   add("--tree-spacing", o.plot.layout.tree_spacing, "along rows [m]");
+  add("--row-jitter", o.plot.layout.row_jitter, "standard deviation of places in rows, along x and y [m]");
   add("--missing", o.plot.layout.missing, "share of the places in rows that are empty");
   add("--height", o.plot.trees.height, "of a tree of 20 cm [m]");
   add("--lean", o.plot.trees.lean, "median lean of stems [deg]");
@@ -61,7 +67,6 @@ void add_to(CLI::App& app, support::simulation_options& o) {
   add("--stations", o.stations.count, "number of scans");
   add("--station-distance", o.stations.distance, "of all other stations from the first [m]");
   add("--tilt", o.stations.tilt, "of scanners from the vertical [deg]");
-  app.add_flag("--mobile", o.mobile, "carry the scanner through the plot; each station is another way");
   add("--angular-step", o.scanner.angular_step, "between rays [deg]");
   add("--noise", o.scanner.range_noise, "standard deviation of ranges [m]");
   add("--max-range", o.scanner.max_range, "of the scanner [m]");
@@ -74,6 +79,32 @@ void make_folder(const std::filesystem::path& path) {
   if (error)
     throw support::file_error(path, "the folder cannot be made: " + error.message(),
                               "Name one that can be written.");
+}
+
+std::filesystem::path scan_file(const std::filesystem::path& folder, std::size_t number) {
+  return folder / ("scan_" + std::to_string(number) + ".ply");
+}
+
+std::filesystem::path pose_file(const std::filesystem::path& folder, std::size_t number) {
+  return folder / ("pose_" + std::to_string(number) + ".txt");
+}
+
+/// An earlier run may have had more stations: its further scans would pass for scans of this plot.
+void remove_scans_beyond(std::size_t count, const std::filesystem::path& folder) {
+  const auto remove = [](const std::filesystem::path& path) {
+    std::error_code absent, error;
+    if (!std::filesystem::is_regular_file(path, absent)) return false;
+    std::filesystem::remove(path, error);
+    if (error)
+      throw support::file_error(path, "an earlier run's file cannot be removed: " + error.message(),
+                                "Remove it by hand: it is not of this plot.");
+    std::cout << path.filename().string() << " of an earlier run: removed\n";
+    return true;
+  };
+  for (std::size_t number = count + 1;; ++number) {
+    const bool had_scan = remove(scan_file(folder, number)), had_pose = remove(pose_file(folder, number));
+    if (!had_scan && !had_pose) return;
+  }
 }
 
 /// In the frame of the plot, with the returns that each stem got in each scan.
@@ -99,7 +130,7 @@ void write_true_stems(const std::filesystem::path& path, const support::plot& pl
 int main(int argc, char** argv) {
   CLI::App app(
       "Simulates a forest plot and laser scans of it. Writes scan_K.ply, pose_K.txt (plot_from_scan) and "
-      "stems.csv.",
+      "stems.csv; removes scans and poses of an earlier run that had more stations.",
       "simulate_plot");
   std::filesystem::path out_dir;
   support::simulation_options options;
@@ -120,20 +151,20 @@ int main(int argc, char** argv) {
     std::vector<std::vector<std::uint32_t>> returns_by_scan;
     for (std::size_t i = 0; i < simulation.stations().size(); ++i) {
       const support::simulated_scan scan = simulation.scan(i, how);
-      const std::string number = std::to_string(i + 1);
-      support::write_ply(out_dir / ("scan_" + number + ".ply"), scan.points);
-      support::write_transform(out_dir / ("pose_" + number + ".txt"),
-                               simulation.stations()[i].plot_from_scan);
+      const std::filesystem::path file = scan_file(out_dir, i + 1);
+      support::write_ply(file, scan.points);
+      support::write_transform(pose_file(out_dir, i + 1), simulation.stations()[i].plot_from_scan);
       report_progress(how, "write", 1);
 
       returns_by_scan.push_back(scan.returns_per_stem);
       const auto well_seen = std::count_if(scan.returns_per_stem.begin(), scan.returns_per_stem.end(),
                                            [](std::uint32_t returns) { return returns >= 400; });
       scans.push_back({{"rays", scan.rays}, {"points", scan.points.size()}, {"stems_well_seen", well_seen}});
-      std::cout << "scan_" << number << ".ply: " << scan.points.size() << " points of " << scan.rays
+      std::cout << file.filename().string() << ": " << scan.points.size() << " points of " << scan.rays
                 << " rays, " << well_seen << " of " << scan.returns_per_stem.size()
                 << " stems with 400 returns or more\n";
     }
+    remove_scans_beyond(returns_by_scan.size(), out_dir);
     write_true_stems(out_dir / "stems.csv", simulation.plot(), returns_by_scan);
     support::write_json(shared.json, {{"stems", simulation.plot().stems.size()},
                                       {"scans", scans},

@@ -217,6 +217,16 @@ TEST_CASE("register_plot --all-pairs lays every scan on every earlier one, and n
   CHECK(!std::filesystem::exists(directory / "clash"));
 }
 
+TEST_CASE("simulate_plot with fewer stations than before leaves no scan of the earlier plot") {
+  const temporary_directory directory;
+  directory.file("scan_mine.ply", "mine");
+  REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 2").status == 0);
+  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 2 --mobile").status == 0);
+  for (const char* gone : {"scan_3.ply", "pose_3.txt"}) CHECK(!std::filesystem::exists(directory / gone));
+  for (const char* there : {"scan_2.ply", "pose_2.txt", "scan_mine.ply"})
+    CHECK(std::filesystem::exists(directory / there));
+}
+
 TEST_CASE("simulate_plot takes a scene by name, with further options before or after it overriding it") {
   const temporary_directory directory;
   const std::string coarse = " --angular-step 2 --stations 1";

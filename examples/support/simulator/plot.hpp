@@ -43,8 +43,9 @@ struct plot {
 /// stems cannot stand that densely.
 plot grow_plot(const plot_options& options = {});
 
-/// All that rays can hit. Around `clearings` nothing grows or lies under the trees: nobody puts a scanner in
-/// a shrub. `harvested`: the harvested stems are stumps, with their slash beside them.
+/// All that rays can hit. Shrubs, and the stumps and poles among them, keep 0.8 m away from `clearings`:
+/// nobody puts a scanner in a shrub. Grass grows there all the same, and logs, branches and slash may reach
+/// in. `harvested`: the harvested stems are stumps, with their slash beside them.
 surfaces surfaces_of(const plot& scene, std::span<const Eigen::Vector2d> clearings = {},
                      bool harvested = false);
 

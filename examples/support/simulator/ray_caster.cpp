@@ -1,6 +1,6 @@
 #include "support/simulator/ray_caster.hpp"
 
-#if __has_include(<embree4/rtcore.h>)
+#if GLOBALMATCH_EMBREE_MAJOR >= 4  // CMake says which one it links
 #include <embree4/rtcore.h>
 #else
 #include <embree3/rtcore.h>
@@ -111,7 +111,7 @@ ray_caster& ray_caster::operator=(ray_caster&&) noexcept = default;
 
 hit ray_caster::first_hit(const ray& r) const {
   RTCRayHit query = to_embree(r);
-#if RTC_VERSION_MAJOR >= 4
+#if GLOBALMATCH_EMBREE_MAJOR >= 4
   rtcIntersect1(prepared_->scene.get(), &query);
 #else
   RTCIntersectContext context;

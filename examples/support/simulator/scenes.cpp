@@ -149,13 +149,7 @@ simulation_options harvest_40() {
 }
 
 simulation_options mobile() {
-  simulation_options o = natural_plot();
-  o.mobile = true;
-  o.stations.clearance = 0.4;
-  o.scanner.range_noise = 0.02;
-  o.scanner.max_range = 30;
-  o.scanner.beam_divergence = 1.5;
-  return o;
+  return with_carried_scanner(natural_plot());
 }
 
 const char* name_of(arrangement a) {

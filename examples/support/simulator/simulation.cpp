@@ -12,6 +12,15 @@ simulation_options with_one_seed(simulation_options options) {
 
 }  // namespace
 
+simulation_options with_carried_scanner(simulation_options options) {
+  options.mobile = true;
+  options.stations.clearance = 0.4;
+  options.scanner.range_noise = 0.02;
+  options.scanner.max_range = 30;
+  options.scanner.beam_divergence = 1.5;
+  return options;
+}
+
 simulation::simulation(const simulation_options& options)
     : options_(with_one_seed(options)),
       plot_(grow_plot(options_.plot)),

@@ -23,6 +23,10 @@ struct simulation_options {
   std::uint64_t seed = 1;          ///< of all that is random; takes the place of the parts' own
 };
 
+/// The same plot seen by a scanner that is carried through it: its ranges are noisier (2 cm), its beam is
+/// wider and reaches less far (30 m), and it passes stems more closely than one would put up a tripod.
+simulation_options with_carried_scanner(simulation_options options);
+
 /// A plot that is scanned station by station.
 class simulation {
  public:

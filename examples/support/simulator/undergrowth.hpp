@@ -49,7 +49,7 @@ void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& optio
 void add_grass(surfaces& scene, const undergrowth_options& options, const terrain& ground,
                const Eigen::Vector2d& half_size, std::uint64_t seed);
 
-/// Logs, stumps and poles at random places that `is_free`.
+/// Logs, stumps and poles at random places that `is_free`; that of a log is its thick end.
 void add_debris(surfaces& scene, const undergrowth_options& options, const terrain& ground,
                 const Eigen::Vector2d& half_size, const std::function<bool(const Eigen::Vector2d&)>& is_free,
                 std::uint64_t seed);

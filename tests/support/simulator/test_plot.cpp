@@ -104,12 +104,17 @@ TEST_CASE("a harvest takes its share of the stems, and changes nothing else in t
   const auto felled =
       std::count_if(after.stems.begin(), after.stems.end(), [](const stem& s) { return s.harvested; });
   CHECK(double(felled) / double(after.stems.size()) == Approx(0.4).margin(0.08));
-  for (std::size_t i = 0; i < before.stems.size(); ++i)
+  for (std::size_t i = 0; i < before.stems.size(); ++i) {
     CHECK(before.stems[i].position == after.stems[i].position);
+    CHECK(before.stems[i].dbh == after.stems[i].dbh);
+    CHECK(before.stems[i].lean == after.stems[i].lean);
+  }
+  REQUIRE(before.shrubs.size() == after.shrubs.size());
+  for (std::size_t i = 0; i < before.shrubs.size(); ++i)
+    CHECK(before.shrubs[i].position == after.shrubs[i].position);
 }
 
-TEST_CASE(
-    "shrubs and debris leave a clearing free, and grass, logs, stumps and poles are there when asked for") {
+TEST_CASE("grass, logs, stumps and poles are as many as asked for") {
   plot_options options = bare_options();
   options.width = options.depth = 20;
   const std::size_t nothing = surfaces_of(grow_plot(options)).curves.size();
@@ -122,19 +127,44 @@ TEST_CASE(
   options.undergrowth.logs_per_hectare = 0;
   options.undergrowth.stumps_per_hectare = options.undergrowth.poles_per_hectare = 5000;
   CHECK(surfaces_of(grow_plot(options)).curves.size() == 2 * 200);
+}
 
-  options.undergrowth.shrubs_per_hectare = 5000;
-  const std::vector<Vector2d> clearings = {{1, 2}};
-  const surfaces cleared = surfaces_of(grow_plot(options), clearings);
-  CHECK(cleared.discs.size() > 1000);
-  for (const Eigen::Vector4f& p : cleared.curve_points) {
-    const bool is_stump_or_pole = p.w() > 0.0149f;
-    if (is_stump_or_pole) CHECK((p.head<2>().cast<double>() - clearings[0]).norm() > 0.79);
+TEST_CASE("shrubs, stumps and poles keep away from a clearing, and stay where they are elsewhere") {
+  plot_options options = bare_options();
+  options.width = options.depth = 20;
+  options.undergrowth.shrubs_per_hectare = 500;
+  options.undergrowth.stumps_per_hectare = options.undergrowth.poles_per_hectare = 5000;
+  const plot scene = grow_plot(options);
+  const surfaces all = surfaces_of(scene);
+  const auto near = [](const Vector2d& clearing, double distance) {
+    return
+        [=](const Eigen::Vector4f& p) { return (p.head<2>().cast<double>() - clearing).norm() < distance; };
+  };
+  const auto count_stumps_and_poles = [&](const surfaces& in, const Vector2d& clearing) {
+    return std::count_if(in.curve_points.begin(), in.curve_points.end(), [&](const Eigen::Vector4f& p) {
+      const bool is_twig = p.w() < 0.0149f;
+      return !is_twig && near(clearing, 0.79)(p);
+    });
+  };
+  const auto count_leaves = [&](const surfaces& in, const Vector2d& clearing) {
+    return std::count_if(in.discs.begin(), in.discs.end(), near(clearing, 0.4));
+  };
+  // In the middle of something, so that there is something to be cleared.
+  const Vector2d at_shrub = scene.shrubs[0].position.head<2>();
+  const Vector2d at_stump = all.curve_points.back().head<2>().cast<double>();
+  CHECK(count_leaves(all, at_shrub) > 0);
+  CHECK(count_stumps_and_poles(all, at_stump) > 0);
+
+  const std::vector<Vector2d> clearings = {at_shrub, at_stump};
+  const surfaces cleared = surfaces_of(scene, clearings);
+  for (const Vector2d& clearing : clearings) {
+    CHECK(count_leaves(cleared, clearing) == 0);
+    CHECK(count_stumps_and_poles(cleared, clearing) == 0);
   }
-  const auto inside = std::count_if(cleared.discs.begin(), cleared.discs.end(), [&](const auto& disc) {
-    return (disc.template head<2>().template cast<double>() - clearings[0]).norm() < 0.4;
-  });
-  CHECK(inside == 0);
+  CHECK(double(cleared.discs.size()) > 0.5 * double(all.discs.size()));
+  for (const Eigen::Vector4f& p : cleared.curve_points)
+    if (std::find(all.curve_points.begin(), all.curve_points.end(), p) == all.curve_points.end())
+      FAIL("something stands at " << p.transpose() << " where nothing stood before");
 }
 
 TEST_CASE("stations stand above the ground, clear of stems, around the first, each with a yaw of its own") {

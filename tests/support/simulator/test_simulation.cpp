@@ -61,10 +61,15 @@ TEST_CASE("harvested stems give returns before the harvest, and none after it bu
 TEST_CASE("the station from which on the plot is harvested may be chosen") {
   simulation_options options = small_simulation();
   options.plot.harvest = 1;
+  options.stations.count = 3;
   options.harvested_from = 3;
   simulation sim(options);
-  const auto returns = sim.scan(1).returns_per_stem;
-  CHECK(*std::max_element(returns.begin(), returns.end()) > 100);
+  const auto most_returns = [&](std::size_t i) {
+    const auto returns = sim.scan(i).returns_per_stem;
+    return *std::max_element(returns.begin(), returns.end());
+  };
+  CHECK(most_returns(1) > 100);
+  CHECK(most_returns(2) == 0);
 }
 
 TEST_CASE("poses lay the scans of tilted scanners on the true ground") {
@@ -104,9 +109,8 @@ TEST_CASE("returns per stem are from 0.2 m to 3 m above the ground, and lie arou
   CHECK(scan.returns_per_stem == expected);
 }
 
-TEST_CASE("a carried scanner's station is where its way starts, and its scans are noisier") {
-  simulation_options options = small_simulation();
-  options.mobile = true;
+TEST_CASE("a carried scanner's station is where its way starts, and it casts its rays all along the way") {
+  simulation_options options = with_carried_scanner(small_simulation());
   options.way.rays_per_place = 500;
   simulation sim(options);
   const auto way = walk_path(sim.plot(), options.stations, 2, options.way.step);
@@ -114,6 +118,39 @@ TEST_CASE("a carried scanner's station is where its way starts, and its scans ar
   const simulated_scan scan = sim.scan(1);
   CHECK(scan.rays == way.size() * 500);
   CHECK(scan.points.size() > scan.rays / 3);
+}
+
+TEST_CASE("a carried scanner is noisier than a standing one, and sees less far") {
+  simulation_options standing = small_simulation();
+  standing.plot = bare_options();  // level ground: what is not at height 0 is noise
+  standing.plot.width = standing.plot.depth = 24;
+  standing.scanner.multipath = 0;
+  simulation_options carried = with_carried_scanner(standing);
+  carried.way.drift = 0;
+  carried.way.rays_per_place = 50;
+
+  const auto noise_of = [](const simulation_options& options) {
+    simulation sim(options);
+    const simulated_scan scan = sim.scan(0);
+    double square_sum = 0;
+    for (const Vector3d& p : scan.points)
+      square_sum += std::pow((sim.stations()[0].plot_from_scan * p).z(), 2);
+    return std::sqrt(square_sum / double(scan.points.size()));
+  };
+  CHECK(noise_of(carried) > 3 * noise_of(standing));
+
+  simulation sim(carried);
+  const auto way = walk_path(sim.plot(), carried.stations, 1, carried.way.step);
+  const auto distance_from_way = [&](const Vector3d& in_scan) {
+    const Vector3d p = sim.stations()[0].plot_from_scan * in_scan;
+    double nearest = 1e9;
+    for (const Vector3d& place : way) nearest = std::min(nearest, (p - place).norm());
+    return nearest;
+  };
+  for (const Vector3d& p : sim.scan(0).points)
+    if (distance_from_way(p) > 30.2) FAIL("a point is " << distance_from_way(p) << " m away from the way");
+  const auto reach = simulation(standing).scan(0).points;
+  CHECK(std::any_of(reach.begin(), reach.end(), [](const Vector3d& p) { return p.norm() > 35; }));
 }
 
 TEST_CASE("the frozen scenes have names of their own, and their options are valid") {
