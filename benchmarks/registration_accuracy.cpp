@@ -80,29 +80,25 @@ struct registered_pair {
 };
 
 registered_pair register_pair(const mapped_scan& source, const mapped_scan& target,
-                              const registration_options& options, const execution& how) {
-  registration_options coarse_options = options;
-  coarse_options.icp.metric = icp_metric::none;
+                              const registration_options& options, int threads) {
   const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
   const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
   const auto error = [&](const Isometry3d& motion) {
     return evaluate_registration(motion, truth, source.sample, up);
   };
+  support::stage_clock clock;
+  const registration result = register_maps(source.map, target.map, options, clock.listen(threads));
   registered_pair pair;
-  auto start = clock_type::now();
-  const registration coarse = register_maps(source.map, target.map, coarse_options, how);
-  pair.matching_seconds = seconds_since(start);
-  pair.outcome = coarse.outcome;
-  pair.matches = coarse.matching.funnel.correspondences;
+  const auto stages = clock.stages();
+  if (stages.contains("icp")) pair.icp_seconds = stages["icp"].get<double>();
+  pair.matching_seconds = clock.seconds() - pair.icp_seconds;
+  pair.outcome = result.outcome;
+  pair.matches = result.matching.funnel.correspondences;
   pair.source_stems = source.map.stems.size();
   pair.target_stems = target.map.stems.size();
-  if (!coarse.matching.hypotheses.empty())
-    pair.coarse = error(coarse.matching.hypotheses.front().target_from_source);
-  if (options.icp.metric == icp_metric::none) return pair;
-  start = clock_type::now();
-  const registration fine = register_maps(source.map, target.map, options, how);
-  pair.icp_seconds = seconds_since(start) - pair.matching_seconds;
-  if (fine.icp && fine.icp->converged) pair.fine = error(*fine.target_from_source);
+  if (!result.matching.hypotheses.empty())
+    pair.coarse = error(result.matching.hypotheses.front().target_from_source);
+  if (result.icp && result.icp->converged) pair.fine = error(*result.target_from_source);
   return pair;
 }
 
@@ -132,7 +128,7 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
       // is.
       registration_options for_pair = registering;
       if (target != 0) for_pair.icp.metric = icp_metric::none;
-      registered_pair pair = register_pair(scans[source], scans[target], for_pair, how);
+      registered_pair pair = register_pair(scans[source], scans[target], for_pair, how.threads);
       pair.scene = scene.name;
       pair.seed = seed;
       pair.source = source + 1;

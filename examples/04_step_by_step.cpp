@@ -48,9 +48,12 @@ int main(int argc, char** argv) {
              target_triangles = build_triangles(target, false);
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance);
   const map_pair maps(source, target, false, degrees_of_freedom::four);
-  auto hypotheses = match_globally(maps, pairs, tolerance);
   const chance by_chance(maps);
-  for (hypothesis& h : hypotheses) weigh(h, maps, by_chance, std::span(&tolerance, 1));
+  std::vector<hypothesis> hypotheses;
+  for (hypothesis& h : match_globally(maps, pairs, tolerance)) {
+    weigh(h, maps, by_chance, std::span(&tolerance, 1));
+    add_distinct(std::move(h), hypotheses, maps);
+  }
   rank(hypotheses);
   std::cout << source_triangles.size() << " and " << target_triangles.size() << " triangles, " << pairs.size()
             << " congruent pairs, " << hypotheses.size() << " hypotheses\n";

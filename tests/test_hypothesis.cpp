@@ -93,7 +93,8 @@ TEST_CASE("map_pair tells the distances that a motion leaves, in plan in 4-DoF a
   const position_set source = scenes::set_in_order({{0, 0, 0}, {6, 0, 0}, {0, 6, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 1}, {6, 0, 4}, {0, 6, 1}});
   const auto pairs = same_indices(3);
-  const map_pair in_plan(source, target, false, four), in_space(source, target, false, degrees_of_freedom::six);
+  const map_pair in_plan(source, target, false, four),
+      in_space(source, target, false, degrees_of_freedom::six);
   const Eigen::Isometry3d raised = scenes::yaw_and_shift(0, {0, 0, 2});
   CHECK(in_space.rms(raised, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
   CHECK(in_space.misfit(raised, pairs[1]) == Approx(2));

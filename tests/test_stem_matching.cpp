@@ -319,7 +319,8 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     const positions stems = scenes::random_stems(random, 40, 30, 30);
     const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
     positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
-    for (std::size_t i = 0; i < target.size(); i += 4) target[i].z() += scenes::uniform(random, 0.4, 0.9);  // ground hidden
+    for (std::size_t i = 0; i < target.size(); i += 4)
+      target[i].z() += scenes::uniform(random, 0.4, 0.9);  // ground hidden
     const matching result = match_stems(stems, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(result.funnel.correspondences >= 38);
@@ -330,6 +331,14 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     CHECK(strict.funnel.correspondences >= 28);
     CHECK(strict.funnel.correspondences <= 30);
   }
+}
+
+TEST_CASE("six degrees of freedom and horizontal distances exclude each other") {
+  const positions stems(5, Eigen::Vector3d::Zero());
+  CHECK_THROWS_WITH(match_stems(stems, stems, {.dof = degrees_of_freedom::six, .horizontal = true}),
+                    Catch::Contains("horizontal: six degrees of freedom need heights"));
+  CHECK_THROWS_WITH(match_stems(stems, stems, {.vertical_tolerance = 0}),
+                    Catch::Contains("vertical_tolerance"));
 }
 
 TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registered in 6-DoF") {

@@ -106,14 +106,16 @@ TEST_CASE("stems in a line do not make a registration, however many") {
     CHECK_THAT(v.reason, Catch::StartsWith("matching: the 40 paired stems lie in a line"));
   }
   const position_set double_row = in_a_row(40, 2);
-  CHECK(verdict_on(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome == outcome::registered);
+  CHECK(verdict_on(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome ==
+        outcome::registered);
 }
 
 TEST_CASE("the spread is the standard deviation across the line, in plan") {
   const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
   CHECK(detail::spread_in_plan(pairing(4), stems) == Approx(1));
   const auto outcome_at = [&](double least_spread) {
-    return verdict_on(std::vector<hypothesis>{pairing(4)}, stems, stems, {.least_spread = least_spread}).outcome;
+    return verdict_on(std::vector<hypothesis>{pairing(4)}, stems, stems, {.least_spread = least_spread})
+        .outcome;
   };
   CHECK(outcome_at(0.99) == outcome::registered);
   CHECK(outcome_at(1.01) == outcome::not_registered);
@@ -124,30 +126,56 @@ TEST_CASE("all stems at one place do not make a registration") {
   CHECK(verdict_on(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
 }
 
-TEST_CASE("heights that slope tell of scans that were not levelled alike; noise in heights does not") {
-  const auto judged = [](double degrees, double height_noise, std::size_t count, std::uint64_t seed) {
-    random_source random(seed);
-    const positions level = scenes::random_stems(random, count, 30, 30);
-    positions sloping = level;
-    for (Eigen::Vector3d& p : sloping)
-      p.z() += std::tan(degrees * std::numbers::pi / 180) * (0.6 * p.x() - 0.8 * p.y()) +
-               height_noise * random.normal();
-    const position_set source = scenes::set_in_order(level), target = scenes::set_in_order(sloping);
-    const map_pair maps(source, target, false, degrees_of_freedom::four, 100);
-    hypothesis h = pairing(count);
-    h.target_from_source = *maps.fit(h.correspondences);
-    return judge(std::vector{h}, maps);
+namespace {
+
+/// The verdict on level stems paired with the same ones raised by `rise(stem, random)` [m].
+verdict judge_raised(std::size_t count, std::uint64_t seed, const auto& rise, bool horizontal = false,
+                     degrees_of_freedom dof = degrees_of_freedom::four) {
+  random_source random(seed);
+  const positions level = scenes::random_stems(random, count, 30, 30);
+  positions raised = level;
+  for (Eigen::Vector3d& p : raised) p.z() += rise(p, random);
+  const position_set source = scenes::set_in_order(level), target = scenes::set_in_order(raised);
+  const map_pair maps(source, target, horizontal, dof, 100);
+  hypothesis h = pairing(count);
+  h.target_from_source = *maps.fit(h.correspondences);
+  return judge(std::vector{h}, maps);
+}
+
+auto sloping(double degrees, double noise) {
+  return [=](const Eigen::Vector3d& p, random_source& random) {
+    return std::tan(degrees * std::numbers::pi / 180) * (0.6 * p.x() - 0.8 * p.y()) + noise * random.normal();
   };
+}
+
+}  // namespace
+
+TEST_CASE("heights that slope tell of scans that were not levelled alike; noise in heights does not") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
-    CHECK(judged(0, 0.1, 20, seed).outcome == outcome::registered);
-    CHECK(judged(0.5, 0.02, 20, seed).outcome == outcome::registered);
-    CHECK(judged(0, 0.5, 6, seed).outcome == outcome::registered);
-    const verdict tilted = judged(3, 0.05, 20, seed);
+    CHECK(judge_raised(20, seed, sloping(0, 0.1)).outcome == outcome::registered);
+    CHECK(judge_raised(20, seed, sloping(0.5, 0.02)).outcome == outcome::registered);
+    CHECK(judge_raised(6, seed, sloping(0, 0.5)).outcome == outcome::registered);
+    const verdict tilted = judge_raised(20, seed, sloping(3, 0.05));
     CHECK(tilted.outcome == outcome::not_registered);
     CHECK_THAT(tilted.reason,
                Catch::Contains("slope by more than 2 degrees") && Catch::Contains("six degrees of freedom"));
+    CHECK(judge_raised(20, seed, sloping(3, 0.05), true).outcome == outcome::registered);
+    CHECK(judge_raised(20, seed, sloping(3, 0.05), false, degrees_of_freedom::six).outcome ==
+          outcome::registered);
+    CHECK(judge_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to tell
   }
+}
+
+TEST_CASE("stems on one side whose ground is hidden make no slope") {
+  int refused = 0;
+  for (const std::size_t count : {15u, 30u, 60u})
+    for (std::uint64_t seed = 1; seed <= 60; ++seed)
+      refused += judge_raised(count, seed, [](const Eigen::Vector3d& p, random_source& random) {
+                   const double noise = 0.03 * random.normal();
+                   return noise + (p.x() > 20 ? 0.4 + 0.5 * random.uniform() : 0.0);
+                 }).outcome != outcome::registered;
+  CHECK(refused <= 9);  // of 180
 }
 
 TEST_CASE("outcomes have the names of the JSON output") {

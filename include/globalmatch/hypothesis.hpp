@@ -39,7 +39,7 @@ struct hypothesis {
   double tolerance = 0;  ///< [m] stems this near each other were paired
   double log10_false_alarms =
       0;                      ///< motions that chance would make pair as many stems; see `significance.hpp`
-  double rms = 0;  ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
+  double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 
@@ -65,9 +65,8 @@ inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
 inline void rank(std::vector<hypothesis>& hypotheses) {
   std::vector<std::size_t> order(hypotheses.size());
   std::iota(order.begin(), order.end(), std::size_t(0));
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return ranks_before(hypotheses[a], hypotheses[b]);
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return ranks_before(hypotheses[a], hypotheses[b]); });
   std::vector<hypothesis> ranked;
   ranked.reserve(hypotheses.size());
   for (const std::size_t i : order) ranked.push_back(std::move(hypotheses[i]));
@@ -95,16 +94,16 @@ class map_pair {
         target_plan(std::move(target_index)) {}
 
   const position_set &source, &target;
-  const bool horizontal;  ///< heights do not count at all
+  const bool horizontal;  ///< heights tell nothing but that of the motion; in 4-DoF only
   const degrees_of_freedom dof;
   const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
   const std::shared_ptr<const plan_index> target_plan;
 
   /// Whether distances are those in plan.
-  bool in_plan() const { return horizontal || dof == degrees_of_freedom::four; }
+  bool in_plan() const { return dof == degrees_of_freedom::four; }
 
   /// Whether heights tell, apart from distances, which stems cannot be one.
-  bool heights_tell() const { return !horizontal && dof == degrees_of_freedom::four; }
+  bool heights_tell() const { return in_plan() && !horizontal; }
   /// Whether the heights allow that a laid source stem is this target stem.
   bool heights_agree(const Eigen::Vector3d& laid, stem_index t) const {
     return !heights_tell() || std::abs(laid.z() - target.at[t].z()) < vertical_tolerance;
@@ -269,9 +268,9 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypoth
   constexpr double apart = 2;  // [m] of two stems that fix a motion
   std::array<bool, 3> shared;
   for (std::size_t i = 0; i < 3; ++i)
-    shared[i] = maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance &&
-                maps.heights_agree(known.target_from_source * maps.source.at[triangle[i].source],
-                                   triangle[i].target);
+    shared[i] =
+        maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance &&
+        maps.heights_agree(known.target_from_source * maps.source.at[triangle[i].source], triangle[i].target);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (shared[i] && shared[j] &&

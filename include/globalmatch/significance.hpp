@@ -84,7 +84,8 @@ class chance {
   };
 
   /// Lays source stems, of large maps some thousands from all over, and looks for target stems within `reach`
-  /// [m] of them. In 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m].
+  /// [m] of them. In 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m];
+  /// a target stem of another height may then hide one behind it, which makes what is matched a lower bound.
   landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
     constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
     constexpr std::size_t most_laid = 8192;
@@ -97,13 +98,13 @@ class chance {
       const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
       bool among = false;
       meeting nearest{reach, 0};
-      maps_.target_plan->for_each_within(
-          laid.x(), laid.y(), std::max(reach, around), [&](stem_index t, double squared) {
-            among = among || squared < around * around;
-            const Eigen::Vector3d& at = maps_.target.at[t];
-            const double misfit = stem_distance(laid, at, maps_.in_plan());
-            if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
-          });
+      maps_.target_plan->for_each_within(laid.x(), laid.y(), std::max(reach, around),
+                                         [&](stem_index t, double squared) {
+                                           among = among || squared < around * around;
+                                           const Eigen::Vector3d& at = maps_.target.at[t];
+                                           const double misfit = stem_distance(laid, at, maps_.in_plan());
+                                           if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
+                                         });
       result.expected += among ? result.weight : 0;
       if (nearest.misfit < reach) meetings.push_back(nearest);
     }
@@ -230,7 +231,7 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
     double moved = 0;
     for (const correspondence& c : pairs) {
       const Eigen::Vector3d& p = maps.source.at[c.source];
-      moved += (*motion * p - h.target_from_source * p).norm() / double(pairs.size());
+      moved += stem_distance(*motion * p, h.target_from_source * p, maps.in_plan()) / double(pairs.size());
     }
     h.target_from_source = *motion;
     if (moved < still * h.tolerance) break;

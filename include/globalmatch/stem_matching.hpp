@@ -41,7 +41,8 @@ struct matching_options {
   degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
   bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
-  /// 0.05), in plan in 4-DoF. Empty: the one at which the pairs are least explainable by chance.
+  /// 0.05), in plan in 4-DoF (but for the edges of `algorithm_1`). Empty: the one at which the pairs are
+  /// least explainable by chance.
   std::optional<double> tolerance = {};
   /// [m] in 4-DoF the heights of paired stems differ by less: where the ground is hidden, by shrubs or in a
   /// hollow, they are off by decimetres (ours)
@@ -60,6 +61,8 @@ inline void require_valid(const matching_options& options) {
   if (!(options.vertical_tolerance > 0)) throw std::invalid_argument("vertical_tolerance must be positive");
   if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
     throw std::invalid_argument("dof must be four or six");
+  if (options.horizontal && options.dof == degrees_of_freedom::six)
+    throw std::invalid_argument("horizontal: six degrees of freedom need heights");
   require_valid(options.indexed);
   require_valid(options.triangles);
   require_valid(options.global);
@@ -113,11 +116,6 @@ inline const std::vector<double> proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
 inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                        0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
-/// Whether matches measure distances in plan.
-inline bool compares_in_plan(const matching_options& options, bool has_heights) {
-  return options.dof == degrees_of_freedom::four || options.horizontal || !has_heights;
-}
-
 inline namespace GLOBALMATCH_THREADING {
 
 inline prepared_map prepare_positions(position_set stems, bool in_plan,
@@ -166,9 +164,9 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
   const std::size_t larger = std::max(maps.source.size(), maps.target.size());
   if (search(target.triangles, smaller <= options.few_stems)) return hypotheses;
   if (larger > options.few_stems && larger <= options.some_stems)
-    search(triangle_index(maps.target, *target.plan, maps.in_plan(), std::size_t(options.neighbors_of_few),
-                          how),
-           true);
+    search(
+        triangle_index(maps.target, *target.plan, maps.in_plan(), std::size_t(options.neighbors_of_few), how),
+        true);
   return hypotheses;
 }
 
@@ -211,9 +209,9 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
                       options.vertical_tolerance);
   if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)
-    throw std::invalid_argument(
-        maps.in_plan() ? "target was prepared for distances in space; prepare it with dof four or horizontal"
-                       : "target was prepared for distances in plan; prepare it with dof six");
+    throw std::invalid_argument(maps.in_plan()
+                                    ? "target was prepared for distances in space; prepare it with dof four"
+                                    : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
   result.hypotheses = propose(maps, target, options, result.funnel, how);
@@ -244,7 +242,7 @@ inline matching match_positions(const position_set& source, position_set target,
                                 const matching_options& options = {}, const execution& how = {}) {
   require_valid(options);
   if (options.proposal == proposal::triangle_index) {
-    const bool in_plan = detail::compares_in_plan(options, source.has_heights && target.has_heights);
+    const bool in_plan = options.dof == degrees_of_freedom::four;
     return detail::match_prepared(
         source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how), options, how);
   }
@@ -253,8 +251,8 @@ inline matching match_positions(const position_set& source, position_set target,
   return detail::match_prepared(source, unindexed, options, how);
 }
 
-/// Prepares a map that many others are matched against. Positions as in `match_stems`; `options.dof` and
-/// `options.horizontal` are those of the matches to come. Throws as
+/// Prepares a map that many others are matched against, with heights or without. Positions as in
+/// `match_stems`; `options.dof` is that of the matches to come. Throws as
 /// `match_stems` does, and `operation_cancelled` when the progress callback says so. Cost: linear in the
 /// stems.
 template <position_range R>
@@ -262,11 +260,11 @@ prepared_map prepare_map(const R& stems, const matching_options& options = {},
                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
   position_set set = import_positions(stems, up, "stems");
-  const bool in_plan = detail::compares_in_plan(options, set.has_heights);
+  const bool in_plan = options.dof == degrees_of_freedom::four;
   return detail::prepare_positions(std::move(set), in_plan, options.indexed, how);
 }
 
-/// Matches positions against a prepared map. Throws `std::invalid_argument` also when the map was prepared
+/// Matches positions against a prepared map. Throws `std::invalid_argument` also when its index was prepared
 /// for other degrees of freedom.
 template <position_range Source>
 matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},

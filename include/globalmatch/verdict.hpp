@@ -18,6 +18,7 @@
 
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/statistics.hpp"
 
 namespace globalmatch {
 
@@ -52,8 +53,9 @@ struct verdict_options {
   /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
   /// (ours).
   double rival_share = 0.5;
-  /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled: 4-DoF
-  /// cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise (ours).
+  /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled:
+  /// 4-DoF cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise
+  /// (ours).
   double most_tilt = std::numbers::pi / 180;
 };
 
@@ -92,42 +94,53 @@ inline double spread_in_plan(const hypothesis& h, const position_set& source) {
 }
 
 /// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
-/// beyond doubt: less three standard deviations. 0 for fewer than six pairs, and those in a line.
+/// beyond doubt: less three standard deviations. 0 for fewer than six pairs, for those in a line, and where
+/// most heights fit better without it: a few stems whose ground is hidden make no slope.
 inline double certain_tilt(const hypothesis& h, const map_pair& maps) {
   constexpr std::size_t unknowns = 3, least = unknowns + 3;
   constexpr double deviations = 3;
   const std::size_t count = h.correspondences.size();
   if (count < least) return 0;
+  std::vector<Eigen::Vector3d> rows;
+  std::vector<double> rises;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  double squares = 0;
   const Eigen::Vector3d center = maps.target.at[h.correspondences.front().target];
   for (const correspondence& c : h.correspondences) {
     const Eigen::Vector3d& t = maps.target.at[c.target];
-    const double rise = t.z() - (h.target_from_source * maps.source.at[c.source]).z();
-    const Eigen::Vector3d row(1, t.x() - center.x(), t.y() - center.y());
-    normal += row * row.transpose();
-    right += rise * row;
-    squares += rise * rise;
+    rows.push_back({1, t.x() - center.x(), t.y() - center.y()});
+    rises.push_back(t.z() - (h.target_from_source * maps.source.at[c.source]).z());
+    normal += rows.back() * rows.back().transpose();
+    right += rises.back() * rows.back();
   }
-  const Eigen::FullPivLU<Eigen::Matrix3d> solver(normal);
-  if (!solver.isInvertible()) return 0;
-  const Eigen::Vector3d plane = solver.solve(right);
+  Eigen::Matrix3d inverse;
+  bool not_in_a_line = false;
+  normal.computeInverseWithCheck(inverse, not_in_a_line);
+  if (!not_in_a_line) return 0;
+  const Eigen::Vector3d plane = inverse * right;
+  std::vector<double> flat, sloped;
+  double squares = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    flat.push_back(std::abs(rises[i]));
+    sloped.push_back(std::abs(rises[i] - plane.dot(rows[i])));
+    squares += sloped.back() * sloped.back();
+  }
+  if (median(sloped) >= median(flat)) return 0;
   // Student's t of n degrees of freedom has the variance n / (n - 2).
-  const double variance = std::max(0.0, squares - plane.dot(right)) / double(count - unknowns - 2);
-  const Eigen::Matrix2d covariance = variance * solver.inverse().bottomRightCorner<2, 2>();
+  const double variance = squares / double(count - unknowns - 2);
   const Eigen::Vector2d slope = plane.tail<2>();
   const double length = slope.norm();
   if (!(length > 0)) return 0;
-  const double doubt = std::sqrt(std::max(0.0, slope.dot(covariance * slope))) / length;
+  const double doubt =
+      std::sqrt(std::max(0.0, variance * slope.dot(inverse.bottomRightCorner<2, 2>() * slope))) / length;
   return std::atan(std::max(0.0, length - deviations * doubt));
 }
 
 }  // namespace detail
 
 /// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
-/// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked,
-/// distinct, weighed against chance at one tolerance, and in the frames of `maps`.
+/// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
+/// ranked, distinct, weighed against chance at one tolerance, and in the frames of `maps`.
 inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& maps,
                      const verdict_options& options = {}) {
   require_valid(options);
@@ -161,12 +174,13 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& map
   if (by_chance)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, which chance explains; more overlap is needed"};
-  const double tilt = maps.horizontal ? 0 : detail::certain_tilt(hypotheses.front(), maps);
+  const double tilt = maps.heights_tell() ? detail::certain_tilt(hypotheses.front(), maps) : 0;
   if (tilt > options.most_tilt)
     return {outcome::not_registered,
             "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
                 std::to_string(int(tilt * 180 / std::numbers::pi)) +
-                " degrees, so the scans were not levelled alike; six degrees of freedom are needed"};
+                " degrees: the scans were not levelled alike, which six degrees of freedom mend, or heights "
+                "are wrong, which horizontal matching ignores"};
   return {outcome::registered, ""};
 }
 

@@ -209,9 +209,9 @@ TEST_CASE("register_plot --all-pairs lays every scan on every earlier one, and n
 
   std::filesystem::rename(directory / "scan_3.ply", directory / "scan_3_on_scan_2.ply");
   std::filesystem::copy(directory / "scan_1.ply", directory / "scan_3.ply");
-  const run clash = call(
-      directory, "register_plot",
-      "scan_1.ply scan_2.ply scan_3.ply scan_3_on_scan_2.ply --out-dir clash --all-pairs --icp none");
+  const run clash =
+      call(directory, "register_plot",
+           "scan_1.ply scan_2.ply scan_3.ply scan_3_on_scan_2.ply --out-dir clash --all-pairs --icp none");
   CHECK(clash.status == 2);
   CHECK_THAT(clash.complaint, Contains("T_scan_3_on_scan_2.txt") && Contains("Rename"));
   CHECK(!std::filesystem::exists(directory / "clash"));

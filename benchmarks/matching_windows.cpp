@@ -1,0 +1,194 @@
+// Windows cut from real stem maps, two at a time, that share half of their trees or fewer: how often are they
+// laid on each other, by the number of stems that both show?
+#include <globalmatch/stem_matching.hpp>
+
+#include "stem_layouts.hpp"
+#include "support/atomic_file.hpp"
+#include "support/command_line.hpp"
+#include "support/stem_files.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <iomanip>
+#include <iostream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+using namespace globalmatch;
+using namespace globalmatch::benchmarks;
+
+namespace {
+
+/// Trees of a map around a place, nearest first, and how far the last one is.
+struct window {
+  std::vector<std::size_t> trees;
+  Eigen::Vector3d center;
+  double radius = 0;  // [m]
+};
+
+window cut_window(const positions& map, const Eigen::Vector3d& center, std::size_t trees) {
+  window w{{}, center, 0};
+  std::vector<std::pair<double, std::size_t>> by_distance;
+  for (std::size_t i = 0; i < map.size(); ++i) by_distance.push_back({(map[i] - center).head<2>().norm(), i});
+  trees = std::min(trees, map.size());
+  std::partial_sort(by_distance.begin(), by_distance.begin() + std::ptrdiff_t(trees), by_distance.end());
+  for (std::size_t k = 0; k < trees; ++k) w.trees.push_back(by_distance[k].second);
+  w.radius = trees > 0 ? by_distance[trees - 1].first : 0;
+  return w;
+}
+
+/// What a survey makes of a window: stems dropped, moved by noise, and false ones added at any place in it.
+/// `seen` receives the trees that are left.
+positions survey(const positions& map, const window& w, const view_options& view, random_source& random,
+                 std::set<std::size_t>& seen) {
+  positions stems;
+  for (const std::size_t i : w.trees)
+    if (random.uniform() < view.detected) {
+      stems.push_back(map[i] + gaussian(random, view.noise));
+      seen.insert(i);
+    }
+  for (auto i = std::size_t(view.false_stems * double(stems.size())); i > 0; --i) {
+    const double direction = uniform(random, 0, 2 * std::numbers::pi);
+    const double distance = w.radius * std::sqrt(random.uniform());
+    stems.push_back(w.center +
+                    Eigen::Vector3d(distance * std::cos(direction), distance * std::sin(direction), 0));
+  }
+  return stems;
+}
+
+struct window_pair {
+  two_maps maps;
+  std::size_t common = 0;  // stems in both
+};
+
+/// Two windows whose centers are 0.8 to 1.7 radii apart: circles at 0.8 share half of their area.
+window_pair cut_pair(const positions& map, std::size_t trees, const view_options& view,
+                     random_source& random) {
+  const Eigen::Vector3d& place = map[random.below(static_cast<std::uint32_t>(map.size()))];
+  const window first = cut_window(map, place, trees);
+  const double direction = uniform(random, 0, 2 * std::numbers::pi);
+  const double distance = first.radius * uniform(random, 0.8, 1.7);
+  const window second =
+      cut_window(map, place + distance * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0), trees);
+  window_pair pair;
+  std::set<std::size_t> in_first, in_second;
+  pair.maps.source = survey(map, first, view, random, in_first);
+  pair.maps.target = survey(map, second, view, random, in_second);
+  pair.maps.target_from_source =
+      Eigen::Translation3d(uniform(random, -100, 100), uniform(random, -100, 100), 5) *
+      Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
+  for (Eigen::Vector3d& p : pair.maps.target) p = pair.maps.target_from_source * p;
+  for (const std::size_t i : in_first) pair.common += in_second.count(i);
+  return pair;
+}
+
+/// Whether the stems are laid less than 0.3 m, or three standard deviations of the noise, off on average.
+bool is_right(const Eigen::Isometry3d& motion, const two_maps& maps, double noise) {
+  double sum = 0;
+  for (const Eigen::Vector3d& p : maps.source) sum += (motion * p - maps.target_from_source * p).norm();
+  return sum < std::max(0.3, 3 * noise) * double(maps.source.size());
+}
+
+/// Outcomes of pairs that share as many stems.
+struct tally {
+  std::size_t pairs = 0, best_right = 0, right = 0, wrong = 0;  // best hypothesis; registered
+
+  void add(const tally& other) {
+    pairs += other.pairs, best_right += other.best_right;
+    right += other.right, wrong += other.wrong;
+  }
+};
+
+tally judge_pair(const matching& result, const two_maps& maps, double noise) {
+  tally t{.pairs = 1};
+  t.best_right =
+      !result.hypotheses.empty() && is_right(result.hypotheses.front().target_from_source, maps, noise);
+  if (result.target_from_source) ++(is_right(*result.target_from_source, maps, noise) ? t.right : t.wrong);
+  return t;
+}
+
+void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common) {
+  constexpr std::size_t starts[] = {0, 4, 6, 10, 15, std::numeric_limits<std::size_t>::max()};
+  for (std::size_t b = 0; b + 1 < std::size(starts); ++b) {
+    tally bin;
+    for (const auto& [common, t] : by_common)
+      if (common >= starts[b] && common < starts[b + 1]) bin.add(t);
+    const auto share = [&](std::size_t count) {
+      return bin.pairs > 0 ? 100 * double(count) / double(bin.pairs) : 0;
+    };
+    out << " | " << bin.pairs << ": " << share(bin.best_right) << ", " << share(bin.right) << ", "
+        << bin.wrong;
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Lays windows of real stem maps on each other. By stems that both show: pairs, then the share [%] "
+      "whose "
+      "best hypothesis is right, the share that is registered rightly, and the number registered wrongly.",
+      "matching_windows");
+  std::vector<std::filesystem::path> files;
+  std::vector<std::size_t> trees = {60, 30};
+  std::vector<double> noises = {0.02, 0.10};
+  std::size_t windows = 1000;
+  std::uint64_t seed = 1;
+  view_options view;
+  std::string proposal_name = "index";
+  double tolerance = 0;
+  std::filesystem::path csv_file = "matching_windows.csv";
+  app.add_option("MAP", files, "stem maps (CSV); windows are cut from one of them at random")->required();
+  app.add_option("--trees", trees, "of each window")->delimiter(',')->capture_default_str();
+  app.add_option("--noise", noises, "of each coordinate [m]")->delimiter(',')->capture_default_str();
+  app.add_option("--windows", windows, "pairs for each size and noise")->capture_default_str();
+  app.add_option("--seed", seed, "of all that is random")->capture_default_str();
+  app.add_option("--proposal", proposal_name, "index or algorithm_1")
+      ->check(CLI::IsMember({"index", "algorithm_1"}))
+      ->capture_default_str();
+  app.add_option("--tolerance", tolerance, "of matching [m]; 0: from the stems")->capture_default_str();
+  app.add_option("--csv", csv_file, "file with a line for each number of common stems")
+      ->capture_default_str();
+
+  return support::run_program(app, argc, argv, [&] {
+    std::vector<positions> maps;
+    for (const auto& file : files) {
+      maps.emplace_back();
+      for (const auto& s : support::read_stems(file).stems) maps.back().push_back({s.x, s.y, s.z});
+    }
+    matching_options options;
+    if (proposal_name == "algorithm_1") options.proposal = proposal::algorithm_1;
+    if (tolerance > 0) options.tolerance = tolerance;
+    support::atomic_file csv(csv_file);
+    csv.stream() << "trees,noise,common,pairs,best_right,registered_right,registered_wrong\n";
+    std::cout << "| trees | noise [m] | 0-3 common | 4-5 | 6-9 | 10-14 | 15 and more | mean [ms] |\n"
+                 "|---|---|---|---|---|---|---|---|\n"
+              << std::fixed << std::setprecision(1);
+    for (const std::size_t count : trees)
+      for (const double noise : noises) {
+        view.noise = noise;
+        random_source random(seed);
+        std::map<std::size_t, tally> by_common;
+        double seconds = 0;
+        for (std::size_t i = 0; i < windows; ++i) {
+          const positions& map = maps[random.below(static_cast<std::uint32_t>(maps.size()))];
+          if (map.empty()) continue;
+          const window_pair pair = cut_pair(map, count, view, random);
+          const auto start = std::chrono::steady_clock::now();
+          const matching result = match_stems(pair.maps.source, pair.maps.target, options);
+          seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+          by_common[pair.common].add(judge_pair(result, pair.maps, noise));
+        }
+        std::cout << "| " << count << " | " << std::setprecision(2) << noise << std::setprecision(1);
+        print_bins(std::cout, by_common);
+        std::cout << " | " << 1000 * seconds / double(windows) << " |\n" << std::flush;
+        for (const auto& [common, t] : by_common)
+          csv.stream() << count << ',' << noise << ',' << common << ',' << t.pairs << ',' << t.best_right
+                       << ',' << t.right << ',' << t.wrong << '\n';
+      }
+    csv.commit();
+    return support::done;
+  });
+}
