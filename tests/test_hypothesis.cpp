@@ -206,6 +206,11 @@ TEST_CASE("rank puts the best first and leaves equal ones as they were") {
   std::vector<double> order;
   for (const hypothesis& h : all) order.push_back(h.target_from_source.translation().x());
   CHECK(order == std::vector<double>{1, 3, 0, 2, 4});
+  keep_best(all, 7);
+  CHECK(all.size() == 5);
+  keep_best(all, 2);
+  REQUIRE(all.size() == 2);
+  CHECK(all[1].target_from_source.translation().x() == 3);
 }
 
 TEST_CASE("ranks_before is a strict weak order") {

@@ -333,6 +333,16 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
   }
 }
 
+TEST_CASE("maps that have nothing in common yield a handful of hypotheses and no transform") {
+  random_source random(14);
+  const positions one = scenes::random_stems(random, 30, 20, 20),
+                  other = scenes::random_stems(random, 30, 20, 20);
+  const matching result = match_stems(one, other);
+  CHECK(result.outcome == outcome::not_registered);
+  CHECK(result.hypotheses.size() <= indexed_matching_options{}.most_hypotheses);
+  CHECK(result.hypotheses.size() > 1);
+}
+
 TEST_CASE("six degrees of freedom and horizontal distances exclude each other") {
   const positions stems(5, Eigen::Vector3d::Zero());
   CHECK_THROWS_WITH(match_stems(stems, stems, {.dof = degrees_of_freedom::six, .horizontal = true}),

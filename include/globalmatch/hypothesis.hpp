@@ -73,6 +73,12 @@ inline void rank(std::vector<hypothesis>& hypotheses) {
   hypotheses = std::move(ranked);
 }
 
+/// Ranks hypotheses and forgets all but the `most` best.
+inline void keep_best(std::vector<hypothesis>& hypotheses, std::size_t most) {
+  rank(hypotheses);
+  if (hypotheses.size() > most) hypotheses.erase(hypotheses.begin() + std::ptrdiff_t(most), hypotheses.end());
+}
+
 /// Two maps about to be matched, with what verification needs over and over. Refers to both.
 ///
 /// Stems meet in space in 6-DoF. In 4-DoF they meet in plan, and their heights, the noisier coordinate ([GM]

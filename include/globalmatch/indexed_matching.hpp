@@ -42,6 +42,7 @@ struct indexed_matching_options {
   std::size_t most_queries = 20000;          ///< source triangles looked up (ours)
   std::size_t most_candidates = 20'000'000;  ///< motions tried (ours)
   std::size_t queries_for_rivals = 200;      ///< at least so many, though the first is found (ours)
+  std::size_t most_hypotheses = 16;          ///< distinct ones that are remembered and returned (ours)
   std::uint64_t seed = 1;                    ///< of the order of queries
 };
 
@@ -53,6 +54,7 @@ inline void require_valid(const indexed_matching_options& options) {
   require(options.target_neighbors >= 2, "indexed.target_neighbors must be at least 2");
   require(options.source_neighbors >= 2, "indexed.source_neighbors must be at least 2");
   require(options.neighbors_of_few >= 2, "indexed.neighbors_of_few must be at least 2");
+  require(options.most_hypotheses >= 2, "indexed.most_hypotheses must be at least 2");
   require(options.tried_neighbors >= std::max(options.source_neighbors, options.neighbors_of_few),
           "indexed.tried_neighbors must be at least source_neighbors and neighbors_of_few");
 }
@@ -176,12 +178,13 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
       weigh(*h, maps, by_chance, tolerances);
       found = found || h->log10_false_alarms < options.enough;
       add_distinct(std::move(*h), hypotheses, maps);
+      if (hypotheses.size() == 2 * options.most_hypotheses) keep_best(hypotheses, options.most_hypotheses);
     }
   }
   funnel.source_triangles += queries;
   funnel.target_triangles = index.size();
   funnel.local_pairs += candidates;
-  rank(hypotheses);
+  keep_best(hypotheses, options.most_hypotheses);
   return hypotheses;
 }
 

@@ -155,7 +155,7 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
       auto proposed = match_by_index(maps, source_plan, triangles, tolerance, by_chance, pairing, options,
                                      patient, funnel, how);
       for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
-      rank(hypotheses);
+      keep_best(hypotheses, options.most_hypotheses);
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.enough) return true;
     }
     return false;
