@@ -150,7 +150,7 @@ auto sloping(double degrees, double noise) {
 
 }  // namespace
 
-TEST_CASE("heights that slope tell of scans that were not levelled alike; noise in heights does not") {
+TEST_CASE("heights that slope tell of scans that were not levelled alike, and noise in heights does not") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     CHECK(judge_raised(20, seed, sloping(0, 0.1)).outcome == outcome::registered);
