@@ -1,5 +1,6 @@
 // Time and success of `match_stems` against the number of stems, over layouts, and the exponent with which
 // the time grows. Maps of half overlap (or another), 85 % of the stems detected, 10 % false.
+#include <globalmatch/statistics.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
@@ -28,11 +29,6 @@ double seconds_of(const auto& work) {
   const auto start = std::chrono::steady_clock::now();
   work();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 void count(measurement& m, const matching& result, const two_maps& maps, double noise) {

@@ -5,13 +5,18 @@
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
+#include "support/reports.hpp"
 #include "support/stem_files.hpp"
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
+#include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <iterator>
+#include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <string>
 #include <vector>
@@ -127,9 +132,8 @@ void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Lays windows of real stem maps on each other. By stems that both show: pairs, then the share [%] "
-      "whose "
-      "best hypothesis is right, the share that is registered rightly, and the number registered wrongly.",
+      "Lays windows of real stem maps on each other. By stems that both show: pairs, then the share "
+      "[%] whose best hypothesis is right, the share registered rightly, and the number registered wrongly.",
       "matching_windows");
   std::vector<std::filesystem::path> files;
   std::vector<std::size_t> trees = {60, 30};
@@ -176,9 +180,9 @@ int main(int argc, char** argv) {
           const positions& map = maps[random.below(static_cast<std::uint32_t>(maps.size()))];
           if (map.empty()) continue;
           const window_pair pair = cut_pair(map, count, view, random);
-          const auto start = std::chrono::steady_clock::now();
+          const support::stage_clock clock;
           const matching result = match_stems(pair.maps.source, pair.maps.target, options);
-          seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+          seconds += clock.seconds();
           by_common[pair.common].add(judge_pair(result, pair.maps, noise));
         }
         std::cout << "| " << count << " | " << std::setprecision(2) << noise << std::setprecision(1);

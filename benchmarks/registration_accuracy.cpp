@@ -10,7 +10,6 @@
 #include "support/simulator/scenes.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <iomanip>
 #include <iostream>
 #include <optional>
@@ -21,13 +20,8 @@
 using namespace globalmatch;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
-using clock_type = std::chrono::steady_clock;
 
 namespace {
-
-double seconds_since(clock_type::time_point start) {
-  return std::chrono::duration<double>(clock_type::now() - start).count();
-}
 
 constexpr std::uint32_t least_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
 
@@ -46,9 +40,9 @@ mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& 
   mapped_scan result;
   result.plot_from_scan = plot.stations()[i].plot_from_scan;
   for (std::size_t k = 0; k < scan.points.size(); k += every) result.sample.push_back(scan.points[k]);
-  const auto start = clock_type::now();
+  const support::stage_clock clock;
   result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), how);
-  result.seconds = seconds_since(start);
+  result.seconds = clock.seconds();
 
   std::vector<Vector3d> found, truth;
   std::vector<std::uint32_t> returns;

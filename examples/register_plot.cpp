@@ -83,6 +83,7 @@ int main(int argc, char** argv) {
 
     const registration_options library_options = {options.for_mapping(), options.for_matching(),
                                                   options.for_icp()};
+    require_valid(library_options.matching);  // before the scans are mapped, not after
     support::stage_clock clock;
     const execution how = clock.listen(options.threads);
     double seconds = 0;

@@ -30,7 +30,7 @@ void shared_options::add_matching_to(CLI::App& app) {
                  "how far apart stems of one tree may lie [m]; found from the stems if not given")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
-  app.add_flag("--horizontal", horizontal, "compare distances in plan, ignoring heights");
+  app.add_flag("--horizontal", horizontal, "ignore the heights of the stems");
 }
 
 void shared_options::add_icp_to(CLI::App& app) {

@@ -252,9 +252,8 @@ inline matching match_positions(const position_set& source, position_set target,
 }
 
 /// Prepares a map that many others are matched against, with heights or without. Positions as in
-/// `match_stems`; `options.dof` is that of the matches to come. Throws as
-/// `match_stems` does, and `operation_cancelled` when the progress callback says so. Cost: linear in the
-/// stems.
+/// `match_stems`; `options.dof` is that of the matches to come. Throws as `match_stems` does, and
+/// `operation_cancelled` when the progress callback says so. Cost: linear in the stems.
 template <position_range R>
 prepared_map prepare_map(const R& stems, const matching_options& options = {},
                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {

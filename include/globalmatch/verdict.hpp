@@ -179,8 +179,8 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& map
     return {outcome::not_registered,
             "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
                 std::to_string(int(tilt * 180 / std::numbers::pi)) +
-                " degrees: the scans were not levelled alike, which six degrees of freedom mend, or heights "
-                "are wrong, which horizontal matching ignores"};
+                " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
+                "heights are wrong, which can be ignored (horizontal)"};
   return {outcome::registered, ""};
 }
 
