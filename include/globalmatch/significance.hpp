@@ -24,13 +24,16 @@
 namespace globalmatch {
 
 /// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
-/// with probability `p`, at least `successes` succeed: -tries * KL(successes / tries || p) (Hoeffding 1963).
+/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series that
+/// is above the others. 0 where so many are expected. Neither number need be whole.
 inline double log_binomial_tail(double successes, double tries, double p) {
   if (successes <= tries * p || tries <= 0) return 0;
   if (p <= 0) return -std::numeric_limits<double>::infinity();
-  const double share = std::min(1.0, successes / tries);
-  const double misses = share < 1 ? (1 - share) * std::log((1 - share) / (1 - p)) : 0;
-  return -tries * (share * std::log(share / p) + misses);
+  const double k = std::min(successes, tries), misses = tries - k;
+  const double first = std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(misses + 1) +
+                       k * std::log(p) + (misses > 0 ? misses * std::log1p(-p) : 0);
+  const double ratio = misses * p / ((k + 1) * (1 - p));  // of a term and the one before; it falls further
+  return std::min(0.0, first - std::log1p(-ratio));
 }
 
 /// What chance can do between two maps. Refers to them.
@@ -54,7 +57,7 @@ class chance {
     const auto middle = sorted.begin() + std::ptrdiff_t(sorted.size() / 2);
     std::nth_element(sorted.begin(), middle, sorted.end());
     if (!sorted.empty()) stem_radius_ = 1 / std::sqrt(std::numbers::pi * *middle);
-    shift_map_on_itself();
+    find_lattice();
     for (const double tolerance : tolerances) {
       const double p = of_meeting(tolerance);
       known_.push_back({tolerance, p});
@@ -87,10 +90,9 @@ class chance {
   /// [m] of them. In 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m];
   /// a target stem of another height may then hide one behind it, which makes what is matched a lower bound.
   landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
-    constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
     constexpr std::size_t most_laid = 8192;
     const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
-    const double around = radii * stem_radius_;
+    const double around = radii_around * stem_radius_;
     std::vector<meeting> meetings;
     landing result;
     result.weight = double(step);
@@ -114,19 +116,22 @@ class chance {
     return result;
   }
 
-  /// Logarithm to base 10 of the expected number of false alarms: motions in plan that can be told apart and
-  /// that would, by chance, pair `matched` of `expected` stems within `tolerance` [m]. Two of the pairs fix
-  /// the motion and tell nothing. Below 0 chance is an unlikely explanation.
+  /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, pair `matched`
+  /// of `expected` stems within `tolerance` [m]. Looked at are all motions that two pairs of stems fix (three
+  /// in 6-DoF), at all tolerances; these pairs then tell nothing. After Moisan and Stival 2004, A probabilistic
+  /// criterion to detect rigid point matches, Int. J. Computer Vision 57(3), who count alike. Below 0 chance
+  /// is an unlikely explanation.
   double log10_false_alarms(double matched, double expected, double tolerance) const {
-    const double shifts = std::max(1.0, (source_extent_ + target_extent_) / tolerance);
-    const double turns =
-        std::max(1.0, std::numbers::pi * std::min(source_extent_, target_extent_) / tolerance);
-    const double tries = std::max(expected, matched);
-    const double tail = matched > 2 ? log_binomial_tail(matched - 2, tries - 2, of_meeting(tolerance)) : 0;
-    return (2 * std::log(shifts) + std::log(turns) + tail) / std::numbers::ln10;
+    const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
+    const double tail = matched > fixing ? log_binomial_tail(matched - fixing, std::max(expected, matched) - fixing,
+                                                             of_meeting(tolerance))
+                                         : 0;
+    return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
   }
 
  private:
+  static constexpr double radii_around = 3;  // a circle of so many stem radii holds nine stems
+
   /// A laid source stem and the target stem nearest to it.
   struct meeting {
     double misfit, rise;  // [m]
@@ -151,47 +156,78 @@ class chance {
     return sum / double(densities_.size());
   }
 
-  /// Median over the shifts of the share of stems that meet another one; the stem that the shift was taken
-  /// from does not count.
-  double of_meeting_itself(double tolerance) const {
-    if (shifted_.empty()) return 0;
-    std::vector<double> shares;
-    for (const auto& distances : shifted_) {
-      const auto met = std::lower_bound(distances.begin(), distances.end(), tolerance) - distances.begin();
-      shares.push_back(std::max(0.0, double(met - 1)) / double(looked_at_ - 1));
-    }
-    const auto middle = shares.begin() + std::ptrdiff_t(shares.size() / 2);
-    std::nth_element(shares.begin(), middle, shares.end());
-    return *middle;
+  /// Motions that two pairs of stems fix (three in 6-DoF), at each of the tolerances: any two source stems, and
+  /// target stems as far from each other as these are.
+  double motions_at(double tolerance) const {
+    const double sources = double(maps_.source.size()), targets = double(maps_.target.size());
+    const double apart = std::min(source_extent_, target_extent_) / 2;  // [m] two stems, typically
+    // Stems of the ring of 2 pi `apart` by 2 `tolerance`, where one stands on pi `stem_radius_`^2.
+    const double as_far =
+        stem_radius_ > 0 ? std::min(targets, 4 * apart * tolerance / (stem_radius_ * stem_radius_)) : targets;
+    const double by_two = targets * as_far * sources * sources / 2;
+    const double by_all = maps_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
+    return std::max(1.0, by_all) * double(std::max<std::size_t>(known_.size(), 1));
   }
 
-  /// Lays some target stems on the target map, shifted from stems to their nearest ones: in rows along the
-  /// lattice. Keeps the distances [m in plan] to what they then meet.
-  void shift_map_on_itself() {
+  /// Probability of meeting by chance along the lattice of the target map; 0 where it has none. Of stems met
+  /// within a wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked at,
+  /// and what they do not show at centimetres they may show at decimetres.
+  double of_meeting_itself(double tolerance) const {
+    // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that lays
+    // two lattices on each other is better by the root of two.
+    const double wider = std::numbers::sqrt2 * tolerance;
+    double p = 0;
+    for (const auto& [reach, share] : lattice_)
+      if (reach >= wider) p = std::max(p, share * std::pow(wider / reach, 2));
+    return p;
+  }
+
+  /// Finds within which reach more target stems meet another one than random ones would, when the map is laid
+  /// on itself, shifted from stems to their nearest ones: in rows along the lattice.
+  void find_lattice() {
+    constexpr double least = 0.03, hardly = 1e-3;  // [m]; chance of what random stems hardly do
+    constexpr int reaches = 12;
+    double tries = 0;
+    const std::vector<double> misfits = misfits_on_itself(least * std::pow(2, 0.5 * reaches), tries);
+    for (int i = 0; i < reaches; ++i) {
+      const double reach = least * std::pow(2, 0.5 * i);
+      const auto met = double(std::lower_bound(misfits.begin(), misfits.end(), reach) - misfits.begin());
+      if (log_binomial_tail(met, tries, of_meeting_at_random(reach)) < std::log(hardly))
+        lattice_.push_back({reach, met / tries});
+    }
+  }
+
+  /// Distances [m] less than `reach`, increasing, from shifted target stems to others. `tries` receives the
+  /// number of stems that were laid where others stand around.
+  std::vector<double> misfits_on_itself(double reach, double& tries) const {
     constexpr std::size_t origins = 8, shifts = 4, most_stems = 128;
-    constexpr double reach = 1;  // [m]
     const std::vector<Eigen::Vector3d>& at = maps_.target.at;
-    if (at.size() < 8) return;
+    std::vector<double> misfits;
+    if (at.size() < origins) return misfits;
     const std::size_t origin_step = at.size() / origins, step = (at.size() + most_stems - 1) / most_stems;
-    looked_at_ = (at.size() + step - 1) / step;
+    const double around = radii_around * stem_radius_;
     std::vector<neighbor<double>> nearest;
-    for (std::size_t o = 0; o < origins; ++o) {
-      maps_.target_plan->nearest(o * origin_step, shifts, nearest);
+    for (std::size_t o = 0; o < origins * origin_step; o += origin_step) {
+      maps_.target_plan->nearest(o, shifts, nearest);
       for (const auto& n : nearest) {
-        const Eigen::Vector3d shift = at[n.index] - at[o * origin_step];
-        std::vector<double> distances;
+        const Eigen::Vector3d shift = at[n.index] - at[o];
         for (std::size_t i = 0; i < at.size(); i += step) {
+          if (i == o) continue;  // laid on the stem that the shift was taken from
+          bool among = false;
           double least = reach * reach;
-          maps_.target_plan->for_each_within(at[i].x() + shift.x(), at[i].y() + shift.y(), reach,
-                                             [&](stem_index j, double squared) {
-                                               if (j != i) least = std::min(least, squared);
+          maps_.target_plan->for_each_within(at[i].x() + shift.x(), at[i].y() + shift.y(),
+                                             std::max(reach, around), [&](stem_index j, double squared) {
+                                               if (j == i) return;
+                                               among = among || squared < around * around;
+                                               least = std::min(least, squared);
                                              });
-          if (least < reach * reach) distances.push_back(std::sqrt(least));
+          tries += among ? 1 : 0;
+          if (least < reach * reach) misfits.push_back(std::sqrt(least));
         }
-        std::sort(distances.begin(), distances.end());
-        shifted_.push_back(std::move(distances));
       }
     }
+    std::sort(misfits.begin(), misfits.end());
+    return misfits;
   }
 
   static double extent(const position_set& stems) {
@@ -202,8 +238,7 @@ class chance {
   double source_extent_ = 0, target_extent_ = 0;  // [m]
   double stem_radius_ = 0;                        // [m] of the circle that holds one stem
   std::vector<double> densities_;                 // [1 / m^2] of target stems, around some of them
-  std::vector<std::vector<double>> shifted_;      // [m] from stems to what they meet, a list for each shift
-  std::size_t looked_at_ = 1;                     // stems of which those are some
+  std::vector<std::pair<double, double>> lattice_;  // [m] reaches, and shares of shifted stems that meet within
   std::vector<std::pair<double, double>> known_;  // tolerances, and the chance of meeting at each
 };
 
