@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <compare>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -38,7 +40,9 @@ struct indexed_matching_options {
   std::size_t some_stems = 300;  ///< ... and those of so many when nothing else was found (ours)
   int neighbors_of_few = 20;     ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
   int tried_neighbors = 40;      ///< stems around a triangle that a motion is tried on (ours)
-  double enough = -10;           ///< log10 of false alarms at which no further tolerance is tried (ours)
+  std::size_t most_tried =
+      400;              ///< motions that are tried for each source stem, those of most triangles first (ours)
+  double enough = -10;  ///< log10 of false alarms at which no further tolerance is tried (ours)
   std::size_t most_queries = 20000;          ///< source triangles looked up (ours)
   std::size_t most_candidates = 20'000'000;  ///< motions tried (ours)
   std::size_t queries_for_rivals = 200;      ///< at least so many, though the first is found (ours)
@@ -55,6 +59,7 @@ inline void require_valid(const indexed_matching_options& options) {
   require(options.source_neighbors >= 2, "indexed.source_neighbors must be at least 2");
   require(options.neighbors_of_few >= 2, "indexed.neighbors_of_few must be at least 2");
   require(options.most_hypotheses >= 2, "indexed.most_hypotheses must be at least 2");
+  require(options.most_tried >= 1, "indexed.most_tried must be at least 1");
   require(options.tried_neighbors >= std::max(options.source_neighbors, options.neighbors_of_few),
           "indexed.tried_neighbors must be at least source_neighbors and neighbors_of_few");
 }
@@ -103,6 +108,67 @@ class motion_trial {
   bool patient_;
 };
 
+/// Motions that triangles with one source stem propose, and which of them to try: those that lay it on the
+/// same target stem with about the same yaw are tried once, and those that most triangles vote for first.
+class ballot {
+ public:
+  /// `yaw_width` [rad] of votes that count as one.
+  ballot(const map_pair& maps, double yaw_width)
+      : maps_(maps), yaws_(std::max(1.0, std::floor(2 * std::numbers::pi / yaw_width))) {}
+
+  /// Hands in one triangle, source stem `i` among its corners.
+  void vote(const std::array<correspondence, 3>& triangle, stem_index i) {
+    const auto own =
+        std::find_if(triangle.begin(), triangle.end(), [&](const auto& c) { return c.source == i; });
+    const double turn = direction(maps_.target, triangle[1].target, triangle[2].target) -
+                        direction(maps_.source, triangle[1].source, triangle[2].source);
+    const double share = turn / (2 * std::numbers::pi) - std::floor(turn / (2 * std::numbers::pi));
+    votes_.push_back({own->target, static_cast<std::uint32_t>(share * yaws_),
+                      static_cast<std::uint32_t>(triangles_.size())});
+    triangles_.push_back(triangle);
+  }
+
+  /// The triangles to try, at most `most`, each the last one handed in of those with one motion.
+  std::vector<std::array<correspondence, 3>> elect(std::size_t most) {
+    std::sort(votes_.begin(), votes_.end());
+    std::vector<result> results;
+    for (const ballot_paper& v : votes_) {
+      const bool same =
+          !results.empty() && results.back().paper.target == v.target && results.back().paper.yaw == v.yaw;
+      if (!same) results.push_back({0, v});
+      ++results.back().votes;
+      results.back().paper = v;
+    }
+    const auto more_votes = [](const result& a, const result& b) { return a.votes > b.votes; };
+    std::stable_sort(results.begin(), results.end(), more_votes);
+    results.resize(std::min(results.size(), most));
+    std::vector<std::array<correspondence, 3>> elected;
+    for (const result& r : results) elected.push_back(triangles_[r.paper.triangle]);
+    return elected;
+  }
+
+ private:
+  struct ballot_paper {
+    stem_index target;
+    std::uint32_t yaw, triangle;
+    auto operator<=>(const ballot_paper&) const = default;
+  };
+  struct result {
+    std::size_t votes;
+    ballot_paper paper;
+  };
+
+  static double direction(const position_set& stems, stem_index from, stem_index to) {
+    const Eigen::Vector3d d = stems.at[to] - stems.at[from];
+    return std::atan2(d.y(), d.x());
+  }
+
+  const map_pair& maps_;
+  double yaws_;  // that are told apart
+  std::vector<ballot_paper> votes_;
+  std::vector<std::array<correspondence, 3>> triangles_;
+};
+
 /// Source stems in an order of its own for each seed, so that queries come from all over the map.
 inline std::vector<stem_index> shuffled_stems(std::size_t count, std::uint64_t seed) {
   std::vector<stem_index> order(count);
@@ -113,6 +179,81 @@ inline std::vector<stem_index> shuffled_stems(std::size_t count, std::uint64_t s
   return order;
 }
 
+inline namespace GLOBALMATCH_THREADING {
+
+/// Looks triangles of a source map up in those of a target map, stem after stem.
+class triangle_search {
+ public:
+  triangle_search(const map_pair& maps, const plan_index& source_plan, const triangle_index& index,
+                  double tolerance, const indexed_matching_options& options, bool patient)
+      : maps_(maps),
+        source_plan_(source_plan),
+        index_(index),
+        tolerance_(tolerance),
+        options_(options),
+        corners_(std::size_t(patient ? options.neighbors_of_few : options.source_neighbors)),
+        trial_(maps, tolerance, patient) {}
+
+  std::size_t queries() const { return queries_; }
+  std::size_t candidates() const { return candidates_; }
+
+  /// Motions of triangles with source stem `i` that no hypothesis explains, those that lay most of the stems
+  /// around on stems first.
+  std::vector<trial> motions_around(stem_index i, std::span<const hypothesis> known) {
+    source_plan_.nearest(i, std::size_t(options_.tried_neighbors), nearest_);
+    around_.clear();
+    for (const auto& n : nearest_) around_.push_back(n.index);
+    std::vector<trial> trials;
+    for (const auto& triangle : look_up(i).elect(options_.most_tried)) {
+      if (is_known(triangle, known)) continue;
+      if (const auto hits = trial_.count_hits(triangle, around_)) trials.push_back({triangle, *hits});
+    }
+    std::stable_sort(trials.begin(), trials.end(),
+                     [](const trial& a, const trial& b) { return a.hits > b.hits; });
+    return trials;
+  }
+
+  bool is_known(const std::array<correspondence, 3>& triangle, std::span<const hypothesis> known) const {
+    return std::any_of(known.begin(), known.end(),
+                       [&](const hypothesis& h) { return leads_to(triangle, h, maps_); });
+  }
+
+ private:
+  /// Triangles of stem `i` and those of the target that look alike.
+  ballot look_up(stem_index i) {
+    const double flattest = 2 * tolerance_;  // [m] a flatter triangle hardly fixes a turn
+    const std::size_t corners = std::min(around_.size(), corners_);
+    const double reach = corners > 0 ? std::sqrt(nearest_[corners - 1].squared_distance) : 0;
+    ballot votes(maps_, tolerance_ / std::max(reach, tolerance_));
+    for (std::size_t j = 0; j < corners; ++j)
+      for (std::size_t k = j + 1; k < corners; ++k) {
+        const triangle t = make_triangle(maps_.source, {i, around_[j], around_[k]}, maps_.in_plan());
+        if (t.plan_height < flattest) continue;
+        ++queries_;
+        for_each_admissible_order(t, tolerance_, [&](const triangle& ordered) {
+          const auto& v = ordered.vertices;
+          index_.for_each_like(ordered, tolerance_, [&](const std::array<stem_index, 3>& like) {
+            ++candidates_;
+            votes.vote({{{v[0], like[0]}, {v[1], like[1]}, {v[2], like[2]}}}, i);
+          });
+        });
+      }
+    return votes;
+  }
+
+  const map_pair& maps_;
+  const plan_index& source_plan_;
+  const triangle_index& index_;
+  double tolerance_;
+  const indexed_matching_options& options_;
+  std::size_t corners_;
+  motion_trial trial_;
+  std::size_t queries_ = 0, candidates_ = 0;
+  std::vector<neighbor<double>> nearest_;
+  std::vector<stem_index> around_;
+};
+
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -125,53 +266,18 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
                                               const chance& by_chance, std::span<const double> tolerances,
                                               const indexed_matching_options& options, bool patient,
                                               matching_funnel& funnel, const execution& how = {}) {
-  const std::size_t best_of_query = patient ? 8 : 2;  // tried on all stems
-  const detail::motion_trial trial(maps, tolerance, patient);
-  const double flattest = 2 * tolerance;  // [m] a flatter triangle hardly fixes a turn
-
+  const std::size_t best_of_query = patient ? 8 : 2;  // verified over all stems
+  detail::triangle_search search(maps, source_plan, index, tolerance, options, patient);
   std::vector<hypothesis> hypotheses;
-  std::size_t queries = 0, candidates = 0;
   bool found = false;
-  std::vector<neighbor<double>> nearest;
-  std::vector<stem_index> around;
-  std::vector<detail::trial> trials;
   for (const stem_index i : detail::shuffled_stems(maps.source.size(), options.seed)) {
-    if (found && queries >= options.queries_for_rivals) break;
-    if (queries >= options.most_queries || candidates >= options.most_candidates) break;
-    report_progress(how, "matching", double(queries) / double(options.most_queries));
-    source_plan.nearest(i, std::size_t(options.tried_neighbors), nearest);
-    around.clear();
-    for (const auto& n : nearest) around.push_back(n.index);
-    const std::size_t corners =
-        std::min(around.size(), std::size_t(patient ? options.neighbors_of_few : options.source_neighbors));
-    trials.clear();
-    for (std::size_t j = 0; j < corners; ++j)
-      for (std::size_t k = j + 1; k < corners; ++k) {
-        const triangle t = make_triangle(maps.source, {i, around[j], around[k]}, maps.in_plan());
-        if (t.plan_height < flattest) continue;
-        ++queries;
-        for_each_admissible_order(t, tolerance, [&](const triangle& ordered) {
-          index.for_each_like(ordered, tolerance, [&](const std::array<stem_index, 3>& like) {
-            ++candidates;
-            const std::array<correspondence, 3> corresponding = {{{ordered.vertices[0], like[0]},
-                                                                  {ordered.vertices[1], like[1]},
-                                                                  {ordered.vertices[2], like[2]}}};
-            if (std::any_of(hypotheses.begin(), hypotheses.end(),
-                            [&](const hypothesis& h) { return leads_to(corresponding, h, maps); }))
-              return;
-            if (const auto hits = trial.count_hits(corresponding, around))
-              trials.push_back({corresponding, *hits});
-          });
-        });
-      }
-    std::stable_sort(trials.begin(), trials.end(),
-                     [](const detail::trial& a, const detail::trial& b) { return a.hits > b.hits; });
+    if (found && search.queries() >= options.queries_for_rivals) break;
+    if (search.queries() >= options.most_queries || search.candidates() >= options.most_candidates) break;
+    report_progress(how, "matching", double(search.queries()) / double(options.most_queries));
     std::size_t verified = 0;
-    for (const detail::trial& best : trials) {
+    for (const detail::trial& best : search.motions_around(i, hypotheses)) {
       if (verified == best_of_query) break;
-      if (std::any_of(hypotheses.begin(), hypotheses.end(),
-                      [&](const hypothesis& h) { return leads_to(best.triangle, h, maps); }))
-        continue;
+      if (search.is_known(best.triangle, hypotheses)) continue;
       ++verified;
       auto h = verify(maps, best.triangle, tolerance);
       if (!h) continue;
@@ -181,9 +287,9 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
       if (hypotheses.size() == 2 * options.most_hypotheses) keep_best(hypotheses, options.most_hypotheses);
     }
   }
-  funnel.source_triangles += queries;
+  funnel.source_triangles += search.queries();
   funnel.target_triangles = index.size();
-  funnel.local_pairs += candidates;
+  funnel.local_pairs += search.candidates();
   keep_best(hypotheses, options.most_hypotheses);
   return hypotheses;
 }

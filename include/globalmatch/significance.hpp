@@ -24,8 +24,8 @@
 namespace globalmatch {
 
 /// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
-/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series that
-/// is above the others. 0 where so many are expected. Neither number need be whole.
+/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series
+/// that is above the others. 0 where so many are expected. Neither number need be whole.
 inline double log_binomial_tail(double successes, double tries, double p) {
   if (successes <= tries * p || tries <= 0) return 0;
   if (p <= 0) return -std::numeric_limits<double>::infinity();
@@ -116,16 +116,17 @@ class chance {
     return result;
   }
 
-  /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, pair `matched`
-  /// of `expected` stems within `tolerance` [m]. Looked at are all motions that two pairs of stems fix (three
-  /// in 6-DoF), at all tolerances; these pairs then tell nothing. After Moisan and Stival 2004, A probabilistic
-  /// criterion to detect rigid point matches, Int. J. Computer Vision 57(3), who count alike. Below 0 chance
-  /// is an unlikely explanation.
+  /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, pair
+  /// `matched` of `expected` stems within `tolerance` [m]. Looked at are all motions that two pairs of stems
+  /// fix (three in 6-DoF), at all tolerances; these pairs then tell nothing. After Moisan and Stival 2004, A
+  /// probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3), who count alike.
+  /// Below 0 chance is an unlikely explanation.
   double log10_false_alarms(double matched, double expected, double tolerance) const {
     const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
-    const double tail = matched > fixing ? log_binomial_tail(matched - fixing, std::max(expected, matched) - fixing,
-                                                             of_meeting(tolerance))
-                                         : 0;
+    const double tail =
+        matched > fixing
+            ? log_binomial_tail(matched - fixing, std::max(expected, matched) - fixing, of_meeting(tolerance))
+            : 0;
     return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
   }
 
@@ -156,8 +157,8 @@ class chance {
     return sum / double(densities_.size());
   }
 
-  /// Motions that two pairs of stems fix (three in 6-DoF), at each of the tolerances: any two source stems, and
-  /// target stems as far from each other as these are.
+  /// Motions that two pairs of stems fix (three in 6-DoF), at each of the tolerances: any two source stems,
+  /// and target stems as far from each other as these are.
   double motions_at(double tolerance) const {
     const double sources = double(maps_.source.size()), targets = double(maps_.target.size());
     const double apart = std::min(source_extent_, target_extent_) / 2;  // [m] two stems, typically
@@ -170,11 +171,11 @@ class chance {
   }
 
   /// Probability of meeting by chance along the lattice of the target map; 0 where it has none. Of stems met
-  /// within a wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked at,
-  /// and what they do not show at centimetres they may show at decimetres.
+  /// within a wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked
+  /// at, and what they do not show at centimetres they may show at decimetres.
   double of_meeting_itself(double tolerance) const {
-    // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that lays
-    // two lattices on each other is better by the root of two.
+    // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that
+    // lays two lattices on each other is better by the root of two.
     const double wider = std::numbers::sqrt2 * tolerance;
     double p = 0;
     for (const auto& [reach, share] : lattice_)
@@ -238,7 +239,8 @@ class chance {
   double source_extent_ = 0, target_extent_ = 0;  // [m]
   double stem_radius_ = 0;                        // [m] of the circle that holds one stem
   std::vector<double> densities_;                 // [1 / m^2] of target stems, around some of them
-  std::vector<std::pair<double, double>> lattice_;  // [m] reaches, and shares of shifted stems that meet within
+  std::vector<std::pair<double, double>>
+      lattice_;                                   // [m] reaches, and shares of shifted stems that meet within
   std::vector<std::pair<double, double>> known_;  // tolerances, and the chance of meeting at each
 };
 
