@@ -97,12 +97,14 @@ class map_pair {
         horizontal(ignore_heights),
         dof(freedom),
         vertical_tolerance(height_tolerance),
+        source_plan(from),
         target_plan(std::move(target_index)) {}
 
   const position_set &source, &target;
   const bool horizontal;  ///< heights tell nothing but that of the motion; in 4-DoF only
   const degrees_of_freedom dof;
   const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
+  const plan_index source_plan;
   const std::shared_ptr<const plan_index> target_plan;
 
   /// Whether distances are those in plan.
@@ -127,18 +129,27 @@ class map_pair {
     });
   }
 
+  /// Calls `visit(source stem)` for those nearer to `center` than `radius` [m in plan], which may be
+  /// infinite.
+  template <class Visit>
+  void for_each_source_within(const Eigen::Vector3d& center, double radius, const Visit& visit) const {
+    if (std::isfinite(radius))
+      source_plan.for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
+    else
+      for (stem_index s = 0; s < source.size(); ++s) visit(s);
+  }
+
   /// Pairs source stems with the target stems they are laid on, nearest first, one to one, within `tolerance`
   /// [m]. Only source stems nearer to `center` than `radius` [m in plan] are looked at.
   std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double tolerance,
                                          const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
                                          double radius = std::numeric_limits<double>::infinity()) const {
     std::vector<std::pair<double, correspondence>> candidates;
-    for (stem_index s = 0; s < source.size(); ++s) {
-      if ((source.at[s] - center).head<2>().squaredNorm() > radius * radius) continue;
+    for_each_source_within(center, radius, [&](stem_index s) {
       for_each_met(target_from_source * source.at[s], tolerance, [&](stem_index t, double distance) {
         candidates.push_back({distance, {s, t}});
       });
-    }
+    });
     std::sort(candidates.begin(), candidates.end());
     std::vector<bool> source_taken(source.size()), target_taken(target.size());
     std::vector<correspondence> pairs;
@@ -215,10 +226,12 @@ inline double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& 
 }
 
 /// Pairs all stems under the motion that most of `start` agree on, and fits it anew until the pairs stand. A
-/// motion from a few stems is only good near them: pairing begins there and grows outwards. Nothing when
-/// fewer than three pairs are left.
-inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
-                                        double tolerance) {
+/// motion from a few stems is only good near them: pairing begins there and grows outwards, as long as
+/// `is_promising(target_from_source, center, radius)`. Nothing when it is not, or when fewer than three pairs
+/// are left.
+template <class IsPromising>
+std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
+                                 double tolerance, const IsPromising& is_promising) {
   constexpr int rounds = 20, rounds_on_the_way = 3;
   constexpr double still = 0.01;  // of the tolerance
   std::vector<correspondence> pairs = drop_misfits(maps, start, tolerance);
@@ -246,11 +259,19 @@ inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const co
       pairs = h.correspondences;
     }
     if (last) break;
+    if (!is_promising(std::as_const(h.target_from_source), std::as_const(center), radius))
+      return std::nullopt;
     pairs = h.correspondences;
   }
   if (h.correspondences.size() < 3) return std::nullopt;
   h.rms = maps.rms(h.target_from_source, h.correspondences);
   return h;
+}
+
+/// The same for hypotheses that are promising whatever they look like around the start.
+inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
+                                        double tolerance) {
+  return verify(maps, start, tolerance, [](const auto&...) { return true; });
 }
 
 /// Whether two hypotheses lay the source stems paired by either at places that differ by more than `distance`

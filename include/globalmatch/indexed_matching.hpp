@@ -38,8 +38,10 @@ struct indexed_matching_options {
   int source_neighbors = 8;      ///< stems around a source stem that make triangles to query (ours)
   std::size_t few_stems = 100;   ///< maps of so many are searched patiently (ours) ...
   std::size_t some_stems = 300;  ///< ... and those of so many when nothing else was found (ours)
-  int neighbors_of_few = 20;     ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
-  int tried_neighbors = 40;      ///< stems around a triangle that a motion is tried on (ours)
+  std::size_t enough_stems =
+      20000;                  ///< larger maps share enough triangles when so many stems make them (ours)
+  int neighbors_of_few = 20;  ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
+  int tried_neighbors = 40;   ///< stems around a triangle that a motion is tried on (ours)
   std::size_t most_tried =
       400;              ///< motions that are tried for each source stem, those of most triangles first (ours)
   double enough = -10;  ///< log10 of false alarms at which no further tolerance is tried (ours)
@@ -59,6 +61,7 @@ inline void require_valid(const indexed_matching_options& options) {
   require(options.source_neighbors >= 2, "indexed.source_neighbors must be at least 2");
   require(options.neighbors_of_few >= 2, "indexed.neighbors_of_few must be at least 2");
   require(options.most_hypotheses >= 2, "indexed.most_hypotheses must be at least 2");
+  require(options.enough_stems >= 1, "indexed.enough_stems must be at least 1");
   require(options.most_tried >= 1, "indexed.most_tried must be at least 1");
   require(options.tried_neighbors >= std::max(options.source_neighbors, options.neighbors_of_few),
           "indexed.tried_neighbors must be at least source_neighbors and neighbors_of_few");
@@ -184,10 +187,9 @@ inline namespace GLOBALMATCH_THREADING {
 /// Looks triangles of a source map up in those of a target map, stem after stem.
 class triangle_search {
  public:
-  triangle_search(const map_pair& maps, const plan_index& source_plan, const triangle_index& index,
-                  double tolerance, const indexed_matching_options& options, bool patient)
+  triangle_search(const map_pair& maps, const triangle_index& index, double tolerance,
+                  const indexed_matching_options& options, bool patient)
       : maps_(maps),
-        source_plan_(source_plan),
         index_(index),
         tolerance_(tolerance),
         options_(options),
@@ -200,7 +202,7 @@ class triangle_search {
   /// Motions of triangles with source stem `i` that no hypothesis explains, those that lay most of the stems
   /// around on stems first.
   std::vector<trial> motions_around(stem_index i, std::span<const hypothesis> known) {
-    source_plan_.nearest(i, std::size_t(options_.tried_neighbors), nearest_);
+    maps_.source_plan.nearest(i, std::size_t(options_.tried_neighbors), nearest_);
     around_.clear();
     for (const auto& n : nearest_) around_.push_back(n.index);
     std::vector<trial> trials;
@@ -242,7 +244,6 @@ class triangle_search {
   }
 
   const map_pair& maps_;
-  const plan_index& source_plan_;
   const triangle_index& index_;
   double tolerance_;
   const indexed_matching_options& options_;
@@ -259,15 +260,15 @@ class triangle_search {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Distinct hypotheses, verified over all stems at `tolerance` [m] and judged against chance, best first.
-/// `source_plan` is that of the source stems, `index` that of the target's triangles. `patient`: every motion
+/// `index` is that of the target's triangles. `patient`: every motion
 /// is tried on all stems around it, and more triangles are queried, as maps that share only few stems need.
-inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_index& source_plan,
-                                              const triangle_index& index, double tolerance,
-                                              const chance& by_chance, std::span<const double> tolerances,
+inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triangle_index& index,
+                                              double tolerance, const chance& by_chance,
+                                              std::span<const double> tolerances,
                                               const indexed_matching_options& options, bool patient,
                                               matching_funnel& funnel, const execution& how = {}) {
   const std::size_t best_of_query = patient ? 8 : 2;  // verified over all stems
-  detail::triangle_search search(maps, source_plan, index, tolerance, options, patient);
+  detail::triangle_search search(maps, index, tolerance, options, patient);
   std::vector<hypothesis> hypotheses;
   bool found = false;
   for (const stem_index i : detail::shuffled_stems(maps.source.size(), options.seed)) {
@@ -279,7 +280,10 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const plan_i
       if (verified == best_of_query) break;
       if (search.is_known(best.triangle, hypotheses)) continue;
       ++verified;
-      auto h = verify(maps, best.triangle, tolerance);
+      auto h = verify(maps, best.triangle, tolerance,
+                      [&](const Eigen::Isometry3d& motion, const Eigen::Vector3d& center, double radius) {
+                        return !by_chance.explains_around(motion, center, radius, tolerance);
+                      });
       if (!h) continue;
       weigh(*h, maps, by_chance, tolerances);
       found = found || h->log10_false_alarms < options.enough;

@@ -116,6 +116,25 @@ class chance {
     return result;
   }
 
+  /// Whether chance does as well as this motion for the source stems within `radius` [m in plan] of `center`.
+  /// Not where few of them are laid among target stems: those tell nothing.
+  bool explains_around(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& center,
+                       double radius, double tolerance) const {
+    constexpr double few = 100, hardly = 1e-3;
+    const double around = radii_around * stem_radius_;
+    double laid_among = 0, met = 0;
+    maps_.for_each_source_within(center, radius, [&](stem_index s) {
+      const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
+      bool among = false, meets = false;
+      maps_.target_plan->for_each_within(laid.x(), laid.y(), around,
+                                         [&](stem_index, double) { among = true; });
+      maps_.for_each_met(laid, tolerance, [&](stem_index, double) { meets = true; });
+      laid_among += among;
+      met += meets;
+    });
+    return laid_among > few && log_binomial_tail(met, laid_among, of_meeting(tolerance)) > std::log(hardly);
+  }
+
   /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, pair
   /// `matched` of `expected` stems within `tolerance` [m]. Looked at are all motions that two pairs of stems
   /// fix (three in 6-DoF), at all tolerances; these pairs then tell nothing. After Moisan and Stival 2004, A

@@ -118,13 +118,18 @@ inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057,
 
 inline namespace GLOBALMATCH_THREADING {
 
+/// `least_queried`: maps that are matched against it have so many stems or more, and the triangles of only
+/// some of its own are found by them.
 inline prepared_map prepare_positions(position_set stems, bool in_plan,
-                                      const indexed_matching_options& options, const execution& how) {
+                                      const indexed_matching_options& options, const execution& how,
+                                      std::size_t least_queried = 0) {
   prepared_map map{std::move(stems), nullptr, {}, in_plan};
   map.plan = std::make_shared<plan_index>(map.stems);
   const int neighbors =
       map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
-  map.triangles = triangle_index(map.stems, *map.plan, in_plan, std::size_t(neighbors), how);
+  const std::size_t step =
+      std::max<std::size_t>(1, std::min(least_queried, map.stems.size()) / options.enough_stems);
+  map.triangles = triangle_index(map.stems, *map.plan, in_plan, std::size_t(neighbors), how, step);
   return map;
 }
 
@@ -148,12 +153,11 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
                                                 std::span<const double> pairing,
                                                 const indexed_matching_options& options,
                                                 matching_funnel& funnel, const execution& how) {
-  const plan_index source_plan(maps.source);
   std::vector<hypothesis> hypotheses;
   const auto search = [&](const triangle_index& triangles, bool patient) {
     for (const double tolerance : proposing) {
-      auto proposed = match_by_index(maps, source_plan, triangles, tolerance, by_chance, pairing, options,
-                                     patient, funnel, how);
+      auto proposed =
+          match_by_index(maps, triangles, tolerance, by_chance, pairing, options, patient, funnel, how);
       for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
       keep_best(hypotheses, options.most_hypotheses);
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.enough) return true;
@@ -244,7 +248,8 @@ inline matching match_positions(const position_set& source, position_set target,
   if (options.proposal == proposal::triangle_index) {
     const bool in_plan = options.dof == degrees_of_freedom::four;
     return detail::match_prepared(
-        source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how), options, how);
+        source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how, source.size()),
+        options, how);
   }
   prepared_map unindexed{std::move(target), nullptr, {}};
   unindexed.plan = std::make_shared<plan_index>(unindexed.stems);

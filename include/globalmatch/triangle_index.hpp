@@ -23,47 +23,51 @@ namespace globalmatch {
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// For each stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when the map has
-/// fewer. Parallel.
+/// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
+/// the map has fewer. Parallel.
 inline std::vector<stem_index> nearest_stems(const plan_index& stems, std::size_t count,
-                                             const execution& how = {}) {
+                                             const execution& how = {}, std::size_t step = 1) {
   count = std::min(count, stems.size() - std::min<std::size_t>(stems.size(), 1));
-  std::vector<stem_index> nearest(stems.size() * count);
-  parallel_chunks(how, "neighbors", stems.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  const std::size_t asking = (stems.size() + step - 1) / step;
+  std::vector<stem_index> nearest(asking * count);
+  parallel_chunks(how, "neighbors", asking, 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> found;
     for (std::size_t i = begin; i < end; ++i) {
-      stems.nearest(i, count, found);
+      stems.nearest(i * step, count, found);
       for (std::size_t k = 0; k < count; ++k) nearest[i * count + k] = found[k].index;
     }
   });
   return nearest;
 }
 
-/// The triangles that each stem of a map makes with two of its nearest stems, findable by edge lengths.
+/// The triangles that stems of a map make with two of their nearest stems, findable by edge lengths.
 class triangle_index {
  public:
   triangle_index() = default;
 
-  /// `neighbors` nearest stems of each stem are looked at.
+  /// Every `step`th stem makes triangles, with `neighbors` nearest stems.
   triangle_index(const position_set& stems, const plan_index& plan, bool horizontal, std::size_t neighbors,
-                 const execution& how = {}) {
-    const auto nearest = nearest_stems(plan, neighbors, how);
-    neighbors = stems.size() == 0 ? 0 : nearest.size() / stems.size();
+                 const execution& how = {}, std::size_t step = 1) {
+    const auto nearest = nearest_stems(plan, neighbors, how, step);
+    const std::size_t makers = (stems.size() + step - 1) / step;
+    neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;
     constexpr std::size_t chunk = 1024;
     struct made {
       std::vector<std::array<stem_index, 3>> vertices;
       std::vector<std::array<float, 3>> edges;
     };
-    std::vector<made> of_chunk((stems.size() + chunk - 1) / chunk);
-    parallel_chunks(how, "triangle index", stems.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<made> of_chunk((makers + chunk - 1) / chunk);
+    parallel_chunks(how, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
       made& own = of_chunk[begin / chunk];
-      for (auto i = static_cast<stem_index>(begin); i < end; ++i)
-        for_each_own_triangle(nearest, neighbors, i, [&](stem_index a, stem_index b) {
-          const triangle t = make_triangle(stems, {i, a, b}, horizontal);
-          own.vertices.push_back(t.vertices);
-          own.edges.push_back({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])});
-        });
+      for (std::size_t i = begin; i < end; ++i)
+        for_each_own_triangle(
+            nearest, neighbors, step, static_cast<stem_index>(i * step),
+            [&](stem_index maker, stem_index a, stem_index b) {
+              const triangle t = make_triangle(stems, {maker, a, b}, horizontal);
+              own.vertices.push_back(t.vertices);
+              own.edges.push_back({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])});
+            });
     });
     std::size_t count = 0;
     for (const made& own : of_chunk) count += own.vertices.size();
@@ -90,21 +94,22 @@ class triangle_index {
   }
 
  private:
-  /// Each triangle belongs to the least of the stems that have the other two among their nearest.
+  /// Each triangle belongs to the least of its makers that have the other two among their nearest.
   template <class Visit>
   static void for_each_own_triangle(const std::vector<stem_index>& nearest, std::size_t neighbors,
-                                    stem_index i, const Visit& visit) {
-    const auto of = [&](stem_index s) { return std::span(nearest).subspan(s * neighbors, neighbors); };
-    const auto knows = [&](stem_index s, stem_index a, stem_index b) {
+                                    std::size_t step, stem_index maker, const Visit& visit) {
+    const auto of = [&](stem_index s) { return std::span(nearest).subspan(s / step * neighbors, neighbors); };
+    const auto makes = [&](stem_index s, stem_index a, stem_index b) {
+      if (s % step != 0) return false;
       const auto n = of(s);
       return std::find(n.begin(), n.end(), a) != n.end() && std::find(n.begin(), n.end(), b) != n.end();
     };
-    const auto own = of(i);
+    const auto own = of(maker);
     for (std::size_t j = 0; j < neighbors; ++j)
       for (std::size_t k = j + 1; k < neighbors; ++k) {
         const stem_index a = own[j], b = own[k];
-        if ((a < i && knows(a, i, b)) || (b < i && knows(b, i, a))) continue;
-        visit(a, b);
+        if ((a < maker && makes(a, maker, b)) || (b < maker && makes(b, maker, a))) continue;
+        visit(maker, a, b);
       }
   }
 
