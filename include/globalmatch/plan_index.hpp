@@ -61,6 +61,14 @@ class plan_index {
     });
   }
 
+  /// Whether a stem is nearer to (x, y) than `radius`.
+  bool any_within(double x, double y, double radius) const {
+    return grid_.any_near({x, y}, radius, [&](const auto& item) {
+      const double dx = item.at[0] - x, dy = item.at[1] - y;
+      return dx * dx + dy * dy < radius * radius;
+    });
+  }
+
   /// The `k` stems nearest to stem `i`, but not itself, ordered by (distance, index); fewer when there are
   /// fewer. `found` is reused memory.
   void nearest(std::size_t i, std::size_t k, std::vector<neighbor<double>>& found) const {

@@ -92,22 +92,18 @@ class chance {
   landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
     constexpr std::size_t most_laid = 8192;
     const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
-    const double around = radii_around * stem_radius_;
     std::vector<meeting> meetings;
     landing result;
     result.weight = double(step);
     for (std::size_t s = 0; s < maps_.source.size(); s += step) {
       const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
-      bool among = false;
       meeting nearest{reach, 0};
-      maps_.target_plan->for_each_within(laid.x(), laid.y(), std::max(reach, around),
-                                         [&](stem_index t, double squared) {
-                                           among = among || squared < around * around;
-                                           const Eigen::Vector3d& at = maps_.target.at[t];
-                                           const double misfit = stem_distance(laid, at, maps_.in_plan());
-                                           if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
-                                         });
-      result.expected += among ? result.weight : 0;
+      maps_.target_plan->for_each_within(laid.x(), laid.y(), reach, [&](stem_index t, double) {
+        const Eigen::Vector3d& at = maps_.target.at[t];
+        const double misfit = stem_distance(laid, at, maps_.in_plan());
+        if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
+      });
+      if (is_among_stems(laid)) result.expected += result.weight;
       if (nearest.misfit < reach) meetings.push_back(nearest);
     }
     if (maps_.heights_tell()) result.raised = leave_agreeing(meetings, tolerance);
@@ -120,17 +116,18 @@ class chance {
   /// Not where few of them are laid among target stems: those tell nothing.
   bool explains_around(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& center,
                        double radius, double tolerance) const {
-    constexpr double few = 100, hardly = 1e-3;
-    const double around = radii_around * stem_radius_;
+    constexpr double few = 100, many = 1000, hardly = 1e-3;
+    const double stems = std::numbers::pi * std::pow(radius / maps_.source_plan.spacing(), 2);
+    const auto step = std::max<std::size_t>(1, std::size_t(stems / many));  // some tell enough of many
     double laid_among = 0, met = 0;
+    std::size_t passed = 0;
     maps_.for_each_source_within(center, radius, [&](stem_index s) {
+      if (passed++ % step != 0) return;
       const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
-      bool among = false, meets = false;
-      maps_.target_plan->for_each_within(laid.x(), laid.y(), around,
-                                         [&](stem_index, double) { among = true; });
+      bool meets = false;
       maps_.for_each_met(laid, tolerance, [&](stem_index, double) { meets = true; });
-      laid_among += among;
       met += meets;
+      laid_among += meets || is_among_stems(laid);
     });
     return laid_among > few && log_binomial_tail(met, laid_among, of_meeting(tolerance)) > std::log(hardly);
   }
@@ -167,6 +164,11 @@ class chance {
     std::erase_if(meetings,
                   [&](const meeting& m) { return std::abs(m.rise - rise) >= maps_.vertical_tolerance; });
     return rise;
+  }
+
+  /// Whether target stems stand around a laid source stem.
+  bool is_among_stems(const Eigen::Vector3d& laid) const {
+    return maps_.target_plan->any_within(laid.x(), laid.y(), radii_around * stem_radius_);
   }
 
   double of_meeting_at_random(double tolerance) const {
@@ -208,11 +210,11 @@ class chance {
     constexpr double least = 0.03, hardly = 1e-3;  // [m]; chance of what random stems hardly do
     constexpr int reaches = 12;
     double tries = 0;
-    const std::vector<double> misfits = misfits_on_itself(least * std::pow(2, 0.5 * reaches), tries);
+    const std::vector<double> misfits = misfits_on_itself(least * std::pow(2, 0.5 * (reaches - 1)), tries);
     for (int i = 0; i < reaches; ++i) {
       const double reach = least * std::pow(2, 0.5 * i);
       const auto met = double(std::lower_bound(misfits.begin(), misfits.end(), reach) - misfits.begin());
-      if (log_binomial_tail(met, tries, of_meeting_at_random(reach)) < std::log(hardly))
+      if (met > 0 && log_binomial_tail(met, tries, of_meeting_at_random(reach)) < std::log(hardly))
         lattice_.push_back({reach, met / tries});
     }
   }
@@ -225,7 +227,6 @@ class chance {
     std::vector<double> misfits;
     if (at.size() < origins) return misfits;
     const std::size_t origin_step = at.size() / origins, step = (at.size() + most_stems - 1) / most_stems;
-    const double around = radii_around * stem_radius_;
     std::vector<neighbor<double>> nearest;
     for (std::size_t o = 0; o < origins * origin_step; o += origin_step) {
       maps_.target_plan->nearest(o, shifts, nearest);
@@ -233,16 +234,13 @@ class chance {
         const Eigen::Vector3d shift = at[n.index] - at[o];
         for (std::size_t i = 0; i < at.size(); i += step) {
           if (i == o) continue;  // laid on the stem that the shift was taken from
-          bool among = false;
+          const Eigen::Vector3d laid = at[i] + shift;
           double least = reach * reach;
-          maps_.target_plan->for_each_within(at[i].x() + shift.x(), at[i].y() + shift.y(),
-                                             std::max(reach, around), [&](stem_index j, double squared) {
-                                               if (j == i) return;
-                                               among = among || squared < around * around;
-                                               least = std::min(least, squared);
-                                             });
-          tries += among ? 1 : 0;
+          maps_.target_plan->for_each_within(laid.x(), laid.y(), reach, [&](stem_index j, double squared) {
+            if (j != i) least = std::min(least, squared);
+          });
           if (least < reach * reach) misfits.push_back(std::sqrt(least));
+          if (least < reach * reach || is_among_stems(laid)) ++tries;
         }
       }
     }

@@ -50,6 +50,15 @@ class wrapped_grid {
   /// depends on the points alone.
   template <class Visit>
   void for_each_near(const point& center, T reach, const Visit& visit) const {
+    any_near(center, reach, [&](const item& i) {
+      visit(i);
+      return false;
+    });
+  }
+
+  /// Whether `holds(item)` for one of them; the others are not looked at.
+  template <class Holds>
+  bool any_near(const point& center, T reach, const Holds& holds) const {
     std::array<std::int64_t, Dimension> low, high;
     for (std::size_t d = 0; d < Dimension; ++d) {
       low[d] = cell_index(center[d] - reach);
@@ -59,10 +68,10 @@ class wrapped_grid {
     while (true) {
       const std::uint32_t b = bucket(c);
       for (std::uint32_t k = first_[b]; k < first_[b + 1]; ++k)
-        if (is_near(items_[k].at, center, reach)) visit(items_[k]);
+        if (is_near(items_[k].at, center, reach) && holds(items_[k])) return true;
       std::size_t d = 0;
       while (d < Dimension && c[d] == high[d]) c[d] = low[d], ++d;
-      if (d == Dimension) return;
+      if (d == Dimension) return false;
       ++c[d];
     }
   }
