@@ -47,9 +47,9 @@ struct indexed_matching_options {
   double enough = -10;  ///< log10 of false alarms at which no further tolerance is tried (ours)
   std::size_t most_queries = 20000;          ///< source triangles looked up (ours)
   std::size_t most_candidates = 20'000'000;  ///< motions tried (ours)
-  std::size_t queries_for_rivals = 200;      ///< at least so many, though the first is found (ours)
-  std::size_t most_hypotheses = 16;          ///< distinct ones that are remembered and returned (ours)
-  std::uint64_t seed = 1;                    ///< of the order of queries
+  std::size_t stems_for_rivals = 5;  ///< whose triangles are looked up at least, though one is found (ours)
+  std::size_t most_hypotheses = 16;  ///< distinct ones that are remembered and returned (ours)
+  std::uint64_t seed = 1;            ///< of the order of queries
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -115,9 +115,14 @@ class motion_trial {
 /// same target stem with about the same yaw are tried once, and those that most triangles vote for first.
 class ballot {
  public:
-  /// `yaw_width` [rad] of votes that count as one.
-  ballot(const map_pair& maps, double yaw_width)
-      : maps_(maps), yaws_(std::max(1.0, std::floor(2 * std::numbers::pi / yaw_width))) {}
+  explicit ballot(const map_pair& maps) : maps_(maps) {}
+
+  /// Forgets all votes, and keeps the memory. `yaw_width` [rad] of votes that count as one.
+  void reset(double yaw_width) {
+    votes_.clear();
+    triangles_.clear();
+    yaws_ = std::max(1.0, std::floor(2 * std::numbers::pi / yaw_width));
+  }
 
   /// Hands in one triangle, source stem `i` among its corners.
   void vote(const std::array<correspondence, 3>& triangle, stem_index i) {
@@ -167,7 +172,7 @@ class ballot {
   }
 
   const map_pair& maps_;
-  double yaws_;  // that are told apart
+  double yaws_ = 1;  // that are told apart
   std::vector<ballot_paper> votes_;
   std::vector<std::array<correspondence, 3>> triangles_;
 };
@@ -194,7 +199,8 @@ class triangle_search {
         tolerance_(tolerance),
         options_(options),
         corners_(std::size_t(patient ? options.neighbors_of_few : options.source_neighbors)),
-        trial_(maps, tolerance, patient) {}
+        trial_(maps, tolerance, patient),
+        votes_(maps) {}
 
   std::size_t queries() const { return queries_; }
   std::size_t candidates() const { return candidates_; }
@@ -206,7 +212,8 @@ class triangle_search {
     around_.clear();
     for (const auto& n : nearest_) around_.push_back(n.index);
     std::vector<trial> trials;
-    for (const auto& triangle : look_up(i).elect(options_.most_tried)) {
+    look_up(i);
+    for (const auto& triangle : votes_.elect(options_.most_tried)) {
       if (is_known(triangle, known)) continue;
       if (const auto hits = trial_.count_hits(triangle, around_)) trials.push_back({triangle, *hits});
     }
@@ -222,11 +229,11 @@ class triangle_search {
 
  private:
   /// Triangles of stem `i` and those of the target that look alike.
-  ballot look_up(stem_index i) {
+  void look_up(stem_index i) {
     const double flattest = 2 * tolerance_;  // [m] a flatter triangle hardly fixes a turn
     const std::size_t corners = std::min(around_.size(), corners_);
     const double reach = corners > 0 ? std::sqrt(nearest_[corners - 1].squared_distance) : 0;
-    ballot votes(maps_, tolerance_ / std::max(reach, tolerance_));
+    votes_.reset(tolerance_ / std::max(reach, tolerance_));
     for (std::size_t j = 0; j < corners; ++j)
       for (std::size_t k = j + 1; k < corners; ++k) {
         const triangle t = make_triangle(maps_.source, {i, around_[j], around_[k]}, maps_.in_plan());
@@ -236,11 +243,10 @@ class triangle_search {
           const auto& v = ordered.vertices;
           index_.for_each_like(ordered, tolerance_, [&](const std::array<stem_index, 3>& like) {
             ++candidates_;
-            votes.vote({{{v[0], like[0]}, {v[1], like[1]}, {v[2], like[2]}}}, i);
+            votes_.vote({{{v[0], like[0]}, {v[1], like[1]}, {v[2], like[2]}}}, i);
           });
         });
       }
-    return votes;
   }
 
   const map_pair& maps_;
@@ -249,6 +255,7 @@ class triangle_search {
   const indexed_matching_options& options_;
   std::size_t corners_;
   motion_trial trial_;
+  ballot votes_;
   std::size_t queries_ = 0, candidates_ = 0;
   std::vector<neighbor<double>> nearest_;
   std::vector<stem_index> around_;
@@ -270,11 +277,13 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triang
   const std::size_t best_of_query = patient ? 8 : 2;  // verified over all stems
   detail::triangle_search search(maps, index, tolerance, options, patient);
   std::vector<hypothesis> hypotheses;
+  std::size_t stems = 0;
   bool found = false;
   for (const stem_index i : detail::shuffled_stems(maps.source.size(), options.seed)) {
-    if (found && search.queries() >= options.queries_for_rivals) break;
+    if (found && stems >= options.stems_for_rivals) break;
     if (search.queries() >= options.most_queries || search.candidates() >= options.most_candidates) break;
     report_progress(how, "matching", double(search.queries()) / double(options.most_queries));
+    ++stems;
     std::size_t verified = 0;
     for (const detail::trial& best : search.motions_around(i, hypotheses)) {
       if (verified == best_of_query) break;

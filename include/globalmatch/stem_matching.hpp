@@ -24,6 +24,7 @@
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/significance.hpp"
+#include "globalmatch/stand.hpp"
 #include "globalmatch/transform.hpp"
 #include "globalmatch/triangle_index.hpp"
 #include "globalmatch/triangles.hpp"
@@ -104,6 +105,7 @@ inline void in_caller_frames(hypothesis& h, const position_set& source, const po
 struct prepared_map {
   position_set stems;
   std::shared_ptr<const plan_index> plan;
+  std::shared_ptr<const stand> background;  ///< what chance can do among its stems
   triangle_index triangles;
   bool in_plan = true;  ///< edges of the triangles are measured in plan
 };
@@ -118,13 +120,19 @@ inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057,
 
 inline namespace GLOBALMATCH_THREADING {
 
+inline prepared_map without_triangles(position_set stems, bool in_plan) {
+  prepared_map map{std::move(stems), nullptr, nullptr, {}, in_plan};
+  map.plan = std::make_shared<plan_index>(map.stems);
+  map.background = std::make_shared<stand>(map.stems, map.plan);
+  return map;
+}
+
 /// `least_queried`: maps that are matched against it have so many stems or more, and the triangles of only
 /// some of its own are found by them.
 inline prepared_map prepare_positions(position_set stems, bool in_plan,
                                       const indexed_matching_options& options, const execution& how,
                                       std::size_t least_queried = 0) {
-  prepared_map map{std::move(stems), nullptr, {}, in_plan};
-  map.plan = std::make_shared<plan_index>(map.stems);
+  prepared_map map = without_triangles(std::move(stems), in_plan);
   const int neighbors =
       map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
   const std::size_t step =
@@ -166,7 +174,9 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
   };
   const std::size_t smaller = std::min(maps.source.size(), maps.target.size());
   const std::size_t larger = std::max(maps.source.size(), maps.target.size());
-  if (search(target.triangles, smaller <= options.few_stems)) return hypotheses;
+  const bool few = smaller <= options.few_stems;
+  if (few && larger > options.some_stems && search(target.triangles, false)) return hypotheses;
+  if (search(target.triangles, few)) return hypotheses;
   if (larger > options.few_stems && larger <= options.some_stems)
     search(
         triangle_index(maps.target, *target.plan, maps.in_plan(), std::size_t(options.neighbors_of_few), how),
@@ -181,7 +191,7 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
   const auto given = options.tolerance ? std::vector{*options.tolerance} : std::vector<double>{};
   const auto& proposing = given.empty() ? proposal_tolerances : given;
   const auto& pairing = given.empty() ? pairing_tolerances : given;
-  const chance by_chance(maps, pairing);
+  const chance by_chance(maps, target.background, pairing);
   std::vector<hypothesis> hypotheses;
   if (options.proposal == proposal::triangle_index) {
     hypotheses = propose_by_index(maps, target, by_chance, proposing, pairing, options.indexed, funnel, how);
@@ -251,9 +261,7 @@ inline matching match_positions(const position_set& source, position_set target,
         source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how, source.size()),
         options, how);
   }
-  prepared_map unindexed{std::move(target), nullptr, {}};
-  unindexed.plan = std::make_shared<plan_index>(unindexed.stems);
-  return detail::match_prepared(source, unindexed, options, how);
+  return detail::match_prepared(source, detail::without_triangles(std::move(target), true), options, how);
 }
 
 /// Prepares a map that many others are matched against, with heights or without. Positions as in

@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <tuple>
@@ -64,7 +65,10 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   const neighbor_tree<double, 3> tree(stems.size(), [&](std::size_t i) {
     return Eigen::Vector3d(stems.at[i].x(), stems.at[i].y(), horizontal ? 0.0 : stems.at[i].z());
   });
-  std::vector<std::array<stem_index, 3>> triplets;
+  std::vector<std::uint64_t> triplets;  // vertices of each, the least one in the highest bits
+  constexpr unsigned bits = 21;
+  constexpr std::uint64_t mask = (std::uint64_t(1) << bits) - 1;
+  if (stems.size() > mask) throw std::invalid_argument("triangles: more than two million stems");
   std::vector<neighbor<double>> nearest;
   for (stem_index i = 0; i < stems.size(); ++i) {
     tree.nearest(tree[i], neighbors + 1, nearest);
@@ -72,15 +76,19 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
     nearest.resize(std::min(nearest.size(), neighbors));  // duplicates of stem i may have crowded it out
     for (std::size_t j = 0; j < nearest.size(); ++j)
       for (std::size_t k = j + 1; k < nearest.size(); ++k) {
-        triplets.push_back({i, nearest[j].index, nearest[k].index});
-        std::sort(triplets.back().begin(), triplets.back().end());
+        std::array<std::uint64_t, 3> v = {i, nearest[j].index, nearest[k].index};
+        std::sort(v.begin(), v.end());
+        triplets.push_back(v[0] << 2 * bits | v[1] << bits | v[2]);
       }
   }
   std::sort(triplets.begin(), triplets.end());
   triplets.erase(std::unique(triplets.begin(), triplets.end()), triplets.end());
   std::vector<triangle> triangles;
   triangles.reserve(triplets.size());
-  for (const auto& v : triplets) triangles.push_back(make_triangle(stems, v, horizontal));
+  for (const std::uint64_t t : triplets) {
+    const auto vertex = [&](unsigned shift) { return static_cast<stem_index>(t >> shift & mask); };
+    triangles.push_back(make_triangle(stems, {vertex(2 * bits), vertex(bits), vertex(0)}, horizontal));
+  }
   return triangles;
 }
 

@@ -1,0 +1,155 @@
+// How the stems of a map stand: how densely, and whether in rows. In: a stem map. Out: the probability that a
+// stem laid among them, by chance, lies near one.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/neighbors.hpp"
+#include "globalmatch/plan_index.hpp"
+#include "globalmatch/position_set.hpp"
+#include "globalmatch/statistics.hpp"
+
+namespace globalmatch {
+
+/// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
+/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series
+/// that is above the others. 0 where so many are expected. Neither number need be whole.
+inline double log_binomial_tail(double successes, double tries, double p) {
+  if (successes <= tries * p || tries <= 0) return 0;
+  if (p <= 0) return -std::numeric_limits<double>::infinity();
+  const double k = std::min(successes, tries), misses = tries - k;
+  const double first = std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(misses + 1) +
+                       k * std::log(p) + (misses > 0 ? misses * std::log1p(-p) : 0);
+  const double ratio = misses * p / ((k + 1) * (1 - p));  // of a term and the one before; it falls further
+  return std::min(0.0, first - std::log1p(-ratio));
+}
+
+/// Larger of the extents [m] of a map along x and y, outliers aside.
+inline double extent(const position_set& stems) {
+  return std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / middle_share;
+}
+
+/// A stand of stems. Immutable.
+class stand {
+ public:
+  /// `plan` is that of `stems`. Cost: linear in the stems for the extent, the rest looks at some of them.
+  stand(const position_set& stems, std::shared_ptr<const plan_index> plan)
+      : plan_(std::move(plan)), extent_(globalmatch::extent(stems)) {
+    constexpr std::size_t neighbors = 6, most_looked_at = 1024;
+    const std::size_t size = stems.size(), k = std::min(neighbors, size - std::min<std::size_t>(size, 1));
+    const std::size_t step = (size + most_looked_at - 1) / most_looked_at;
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t i = 0; k >= 2 && i < size; i += step) {
+      plan_->nearest(i, k, nearest);
+      const double area = std::numbers::pi * nearest.back().squared_distance;
+      densities_.push_back(area > 0 ? double(k - 1) / area : std::numeric_limits<double>::infinity());
+    }
+    if (densities_.empty()) return;
+    auto sorted = densities_;
+    stem_radius_ = 1 / std::sqrt(std::numbers::pi * median(sorted));
+    find_lattice(stems);
+  }
+
+  /// [m] as the free function.
+  double extent() const { return extent_; }
+  /// Radius [m] of the circle that one stem has to itself, typically; 0 in maps of fewer than three stems.
+  double stem_radius() const { return stem_radius_; }
+
+  /// Probability that a stem laid among these lies within `tolerance` [m] of one by chance: mean over places
+  /// where stems stand, so that it is not too small where they stand in clumps; and not less than the map
+  /// meets itself when it is shifted from stem to stem, so that rows explain their own lattice. Heights,
+  /// which would make it smaller, are left out. 1 in maps of fewer than three stems.
+  double of_meeting(double tolerance) const {
+    if (densities_.empty()) return 1;
+    return std::max(of_meeting_at_random(tolerance), of_meeting_along_lattice(tolerance));
+  }
+
+  /// Whether stems stand around a place.
+  bool surrounds(const Eigen::Vector3d& place) const {
+    constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
+    return plan_->any_within(place.x(), place.y(), radii * stem_radius_);
+  }
+
+ private:
+  double of_meeting_at_random(double tolerance) const {
+    double sum = 0;
+    for (const double density : densities_)
+      sum += -std::expm1(-density * std::numbers::pi * tolerance * tolerance);
+    return sum / double(densities_.size());
+  }
+
+  /// Probability of meeting by chance along the lattice; 0 where it has none. Of stems met
+  /// within a wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked
+  /// at, and what they do not show at centimetres they may show at decimetres.
+  double of_meeting_along_lattice(double tolerance) const {
+    // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that
+    // lays two lattices on each other is better by the root of two.
+    const double wider = std::numbers::sqrt2 * tolerance;
+    double p = 0;
+    for (const auto& [reach, share] : lattice_)
+      if (reach >= wider) p = std::max(p, share * std::pow(wider / reach, 2));
+    return p;
+  }
+
+  /// Finds within which reach more stems meet another one than random ones would, when the map is laid
+  /// on itself, shifted from stems to their nearest ones: in rows along the lattice.
+  void find_lattice(const position_set& stems) {
+    constexpr double least = 0.03, hardly = 1e-3;  // [m]; chance of what random stems hardly do
+    constexpr int reaches = 12;
+    double tries = 0;
+    const std::vector<double> misfits =
+        misfits_on_itself(stems, least * std::pow(2, 0.5 * (reaches - 1)), tries);
+    for (int i = 0; i < reaches; ++i) {
+      const double reach = least * std::pow(2, 0.5 * i);
+      const auto met = double(std::lower_bound(misfits.begin(), misfits.end(), reach) - misfits.begin());
+      if (met > 0 && log_binomial_tail(met, tries, of_meeting_at_random(reach)) < std::log(hardly))
+        lattice_.push_back({reach, met / tries});
+    }
+  }
+
+  /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the
+  /// number of stems that were laid where others stand around.
+  std::vector<double> misfits_on_itself(const position_set& stems, double reach, double& tries) const {
+    constexpr std::size_t origins = 8, shifts = 4, most_stems = 128;
+    const std::vector<Eigen::Vector3d>& at = stems.at;
+    std::vector<double> misfits;
+    if (at.size() < origins) return misfits;
+    const std::size_t origin_step = at.size() / origins, step = (at.size() + most_stems - 1) / most_stems;
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t o = 0; o < origins * origin_step; o += origin_step) {
+      plan_->nearest(o, shifts, nearest);
+      for (const auto& n : nearest) {
+        const Eigen::Vector3d shift = at[n.index] - at[o];
+        for (std::size_t i = 0; i < at.size(); i += step) {
+          if (i == o) continue;  // laid on the stem that the shift was taken from
+          const Eigen::Vector3d laid = at[i] + shift;
+          double least = reach * reach;
+          plan_->for_each_within(laid.x(), laid.y(), reach, [&](stem_index j, double squared) {
+            if (j != i) least = std::min(least, squared);
+          });
+          if (least < reach * reach) misfits.push_back(std::sqrt(least));
+          if (least < reach * reach || surrounds(laid)) ++tries;
+        }
+      }
+    }
+    std::sort(misfits.begin(), misfits.end());
+    return misfits;
+  }
+
+  std::shared_ptr<const plan_index> plan_;
+  double extent_ = 0, stem_radius_ = 0;  // [m]
+  std::vector<double> densities_;        // [1 / m^2] around some of the stems
+  std::vector<std::pair<double, double>>
+      lattice_;  // [m] reaches, and shares of shifted stems that meet within
+};
+
+}  // namespace globalmatch
