@@ -19,8 +19,8 @@ std::vector<hypothesis> propose(const position_set& source, const position_set& 
   const map_pair maps(source, target, plan, false, four);
   const std::size_t neighbors = target.size() <= 100 ? 20 : 5;
   matching_funnel funnel;
-  return match_by_index(maps, plan_index(source), triangle_index(target, *plan, false, neighbors), tolerance,
-                        chance(maps), tolerances, options, target.size() <= 100, funnel, how);
+  return match_by_index(maps, triangle_index(target, *plan, false, neighbors), tolerance, chance(maps),
+                        tolerances, options, target.size() <= 100, funnel, how);
 }
 
 }  // namespace
@@ -74,8 +74,8 @@ TEST_CASE("the search ends at the number of queries or of candidates that it is 
   const map_pair maps(a, b, false, four);
   const auto counted = [&](const indexed_matching_options& options) {
     matching_funnel funnel;
-    match_by_index(maps, plan_index(a), triangle_index(b, plan_index(b), false, 20), 0.1, chance(maps),
-                   tolerances, options, true, funnel);
+    match_by_index(maps, triangle_index(b, plan_index(b), false, 20), 0.1, chance(maps), tolerances, options,
+                   true, funnel);
     return funnel;
   };
   const matching_funnel all = counted({});

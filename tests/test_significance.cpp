@@ -28,9 +28,10 @@ TEST_CASE("the bound of the binomial tail is above it, and within a small factor
       for (int k = 0; k <= tries; ++k) {
         CAPTURE(tries, p, k);
         const double exact = std::log(binomial_tail(k, tries, p)), bound = log_binomial_tail(k, tries, p);
-        CHECK(bound >= exact - 1e-9);
         CHECK(bound <= 0);
-        if (exact < -20 && exact > -600) CHECK(bound < 0.8 * exact);
+        if (exact < -600) continue;  // the sum loses its digits
+        CHECK(bound >= exact - 1e-9);
+        if (exact < -20) CHECK(bound < 0.9 * exact);
       }
 }
 
