@@ -159,6 +159,7 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
   constexpr int rounds = 4;
   constexpr double still = 0.1;  // of the tolerance
   for (int round = 0; round < rounds; ++round) {
+    const double before = h.tolerance;
     const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back(), h.tolerance);
     h.target_from_source.translation().z() += landing.raised;
     h.log10_false_alarms = std::numeric_limits<double>::infinity();
@@ -179,7 +180,7 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
       moved += stem_distance(*motion * p, h.target_from_source * p, maps.in_plan()) / double(pairs.size());
     }
     h.target_from_source = *motion;
-    if (moved < still * h.tolerance) break;
+    if (moved < still * h.tolerance && h.tolerance == before) break;
   }
   h.correspondences = maps.pair_stems(h.target_from_source, h.tolerance);
   h.rms = maps.rms(h.target_from_source, h.correspondences);
