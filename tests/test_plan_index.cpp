@@ -40,6 +40,13 @@ void require_brute_force(const position_set& stems) {
     std::size_t expected_within = 1;  // itself
     for (const auto& n : expected) expected_within += n.squared_distance < 16;
     CHECK(within.size() == expected_within);
+    for (const double radius : {0.5, 2.0, 8.0}) {
+      const Eigen::Vector3d place = stems.at[i] + Eigen::Vector3d(1, 1, 0);
+      bool any = false;
+      for (const Eigen::Vector3d& p : stems.at)
+        any = any || (p - place).head<2>().squaredNorm() < radius * radius;
+      CHECK(index.any_within(place.x(), place.y(), radius) == any);
+    }
   }
 }
 

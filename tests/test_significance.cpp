@@ -11,35 +11,7 @@ namespace {
 
 constexpr auto four = degrees_of_freedom::four;
 
-/// The tail itself, by summing.
-double binomial_tail(int successes, int tries, double p) {
-  double tail = 0;
-  for (int k = successes; k <= tries; ++k)
-    tail += std::exp(std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(tries - k + 1) +
-                     k * std::log(p) + (tries - k) * std::log1p(-p));
-  return tail;
-}
-
 }  // namespace
-
-TEST_CASE("the bound of the binomial tail is above it, and within a small factor of it in the exponent") {
-  for (const int tries : {1, 5, 20, 100})
-    for (const double p : {1e-4, 0.01, 0.2, 0.7})
-      for (int k = 0; k <= tries; ++k) {
-        CAPTURE(tries, p, k);
-        const double exact = std::log(binomial_tail(k, tries, p)), bound = log_binomial_tail(k, tries, p);
-        CHECK(bound <= 0);
-        if (exact < -600) continue;  // the sum loses its digits
-        CHECK(bound >= exact - 1e-9);
-        if (exact < -20) CHECK(bound < 0.9 * exact);
-      }
-}
-
-TEST_CASE("the tail of no tries is certain, of certain misses impossible") {
-  CHECK(log_binomial_tail(0, 0, 0.5) == 0);
-  CHECK(log_binomial_tail(3, 10, 1) == 0);
-  CHECK(log_binomial_tail(3, 10, 0) == -std::numeric_limits<double>::infinity());
-}
 
 TEST_CASE("the chance of meeting a stem is what random stems show") {
   random_source random(1);

@@ -1,11 +1,25 @@
 #include "globalmatch/statistics.hpp"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "catch.hpp"
 
 namespace globalmatch {
+
+namespace {
+
+/// The tail itself, by summing.
+double binomial_tail(int successes, int tries, double p) {
+  double tail = 0;
+  for (int k = successes; k <= tries; ++k)
+    tail += std::exp(std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(tries - k + 1) +
+                     k * std::log(p) + (tries - k) * std::log1p(-p));
+  return tail;
+}
+
+}  // namespace
 
 TEST_CASE("the median is the middle value, or the mean of the two in the middle") {
   const auto of = [](std::vector<double> values) { return median(values); };
@@ -15,6 +29,25 @@ TEST_CASE("the median is the middle value, or the mean of the two in the middle"
   CHECK(of({4, 1, 9, 2}) == 3);
   CHECK(of({1, 1, 1, 7}) == 1);
   CHECK(std::isnan(of({})));
+}
+
+TEST_CASE("the bound of the binomial tail is above it, and within a small factor of it in the exponent") {
+  for (const int tries : {1, 5, 20, 100})
+    for (const double p : {1e-4, 0.01, 0.2, 0.7})
+      for (int k = 0; k <= tries; ++k) {
+        CAPTURE(tries, p, k);
+        const double exact = std::log(binomial_tail(k, tries, p)), bound = log_binomial_tail(k, tries, p);
+        CHECK(bound <= 0);
+        if (exact < -600) continue;  // the sum loses its digits
+        CHECK(bound >= exact - 1e-9);
+        if (exact < -20) CHECK(bound < 0.9 * exact);
+      }
+}
+
+TEST_CASE("the tail of no tries is certain, of certain misses impossible") {
+  CHECK(log_binomial_tail(0, 0, 0.5) == 0);
+  CHECK(log_binomial_tail(3, 10, 1) == 0);
+  CHECK(log_binomial_tail(3, 10, 0) == -std::numeric_limits<double>::infinity());
 }
 
 }  // namespace globalmatch

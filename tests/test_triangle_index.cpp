@@ -51,6 +51,26 @@ TEST_CASE("the index holds the triangles of each stem with two of its nearest, e
   }
 }
 
+TEST_CASE("an index of every so many stems holds the triangles that these make, each once") {
+  random_source random(5);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 150, 40, 40));
+  constexpr std::size_t neighbors = 5;
+  const auto nearest = nearest_stems(plan_index(stems), neighbors);
+  for (const std::size_t step : {1u, 4u, 149u, 1000u}) {
+    std::set<triplet> expected;
+    for (stem_index i = 0; i < stems.size(); i += stem_index(step))
+      for (std::size_t j = 0; j < neighbors; ++j)
+        for (std::size_t k = j + 1; k < neighbors; ++k)
+          expected.insert(sorted({i, nearest[i * neighbors + j], nearest[i * neighbors + k]}));
+    const triangle_index index(stems, plan_index(stems), false, neighbors, {}, step);
+    CHECK(index.size() == expected.size());
+    for (const triplet& v : expected) {
+      const triangle t = make_triangle(stems, v, false);
+      CHECK(found_like(index, t, 1e-3).count(t.vertices) == 1);
+    }
+  }
+}
+
 TEST_CASE("the index finds all triangles whose edges are alike, as brute force does") {
   random_source random(2);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 80, 25, 25));

@@ -124,16 +124,21 @@ class ballot {
     yaws_ = std::max(1.0, std::floor(2 * std::numbers::pi / yaw_width));
   }
 
-  /// Hands in one triangle, source stem `i` among its corners.
-  void vote(const std::array<correspondence, 3>& triangle, stem_index i) {
-    const auto own =
-        std::find_if(triangle.begin(), triangle.end(), [&](const auto& c) { return c.source == i; });
-    const double turn = direction(maps_.target, triangle[1].target, triangle[2].target) -
-                        direction(maps_.source, triangle[1].source, triangle[2].source);
+  /// The votes that follow are for this triangle, which has source stem `i` among its corners.
+  void ask(const triangle& of_source, stem_index i) {
+    const auto& v = of_source.vertices;
+    asked_ = v;
+    own_ = std::size_t(std::find(v.begin(), v.end(), i) - v.begin());
+    direction_ = direction(maps_.source, v[1], v[2]);
+  }
+
+  /// Hands in a target triangle that looks like it.
+  void vote(const std::array<stem_index, 3>& like) {
+    const double turn = direction(maps_.target, like[1], like[2]) - direction_;
     const double share = turn / (2 * std::numbers::pi) - std::floor(turn / (2 * std::numbers::pi));
-    votes_.push_back({own->target, static_cast<std::uint32_t>(share * yaws_),
+    votes_.push_back({like[own_], static_cast<std::uint32_t>(share * yaws_),
                       static_cast<std::uint32_t>(triangles_.size())});
-    triangles_.push_back(triangle);
+    triangles_.push_back({{{asked_[0], like[0]}, {asked_[1], like[1]}, {asked_[2], like[2]}}});
   }
 
   /// The triangles to try, at most `most`, each the last one handed in of those with one motion.
@@ -172,7 +177,10 @@ class ballot {
   }
 
   const map_pair& maps_;
-  double yaws_ = 1;  // that are told apart
+  double yaws_ = 1;                       // that are told apart
+  std::array<stem_index, 3> asked_ = {};  // source triangle, ...
+  std::size_t own_ = 0;                   // ... which of its corners all have in common, ...
+  double direction_ = 0;                  // [rad] ... and where its longest edge points
   std::vector<ballot_paper> votes_;
   std::vector<std::array<correspondence, 3>> triangles_;
 };
@@ -240,10 +248,10 @@ class triangle_search {
         if (t.plan_height < flattest) continue;
         ++queries_;
         for_each_admissible_order(t, tolerance_, [&](const triangle& ordered) {
-          const auto& v = ordered.vertices;
+          votes_.ask(ordered, i);
           index_.for_each_like(ordered, tolerance_, [&](const std::array<stem_index, 3>& like) {
             ++candidates_;
-            votes_.vote({{{v[0], like[0]}, {v[1], like[1]}, {v[2], like[2]}}}, i);
+            votes_.vote(like);
           });
         });
       }
@@ -267,8 +275,8 @@ class triangle_search {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Distinct hypotheses, verified over all stems at `tolerance` [m] and judged against chance, best first.
-/// `index` is that of the target's triangles. `patient`: every motion
-/// is tried on all stems around it, and more triangles are queried, as maps that share only few stems need.
+/// `index` is that of the target's triangles. `patient`: every motion is tried on all stems around it, and
+/// more triangles are queried, as maps that share only few stems need.
 inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triangle_index& index,
                                               double tolerance, const chance& by_chance,
                                               std::span<const double> tolerances,

@@ -20,19 +20,6 @@
 
 namespace globalmatch {
 
-/// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
-/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series
-/// that is above the others. 0 where so many are expected. Neither number need be whole.
-inline double log_binomial_tail(double successes, double tries, double p) {
-  if (successes <= tries * p || tries <= 0) return 0;
-  if (p <= 0) return -std::numeric_limits<double>::infinity();
-  const double k = std::min(successes, tries), misses = tries - k;
-  const double first = std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(misses + 1) +
-                       k * std::log(p) + (misses > 0 ? misses * std::log1p(-p) : 0);
-  const double ratio = misses * p / ((k + 1) * (1 - p));  // of a term and the one before; it falls further
-  return std::min(0.0, first - std::log1p(-ratio));
-}
-
 /// Larger of the extents [m] of a map along x and y, outliers aside.
 inline double extent(const position_set& stems) {
   return std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / middle_share;
@@ -87,21 +74,22 @@ class stand {
     return sum / double(densities_.size());
   }
 
-  /// Probability of meeting by chance along the lattice; 0 where it has none. Of stems met
-  /// within a wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked
-  /// at, and what they do not show at centimetres they may show at decimetres.
+  /// Probability of meeting by chance along the lattice; 0 where the map has none. Of stems met within a
+  /// wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked at, and
+  /// what they do not show at centimetres they may show at decimetres. What is met within a narrower reach is
+  /// met within the wider one.
   double of_meeting_along_lattice(double tolerance) const {
     // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that
     // lays two lattices on each other is better by the root of two.
     const double wider = std::numbers::sqrt2 * tolerance;
     double p = 0;
     for (const auto& [reach, share] : lattice_)
-      if (reach >= wider) p = std::max(p, share * std::pow(wider / reach, 2));
+      p = std::max(p, share * std::min(1.0, std::pow(wider / reach, 2)));
     return p;
   }
 
-  /// Finds within which reach more stems meet another one than random ones would, when the map is laid
-  /// on itself, shifted from stems to their nearest ones: in rows along the lattice.
+  /// Finds within which reach more stems meet another one than random ones would, when the map is laid on
+  /// itself, shifted from stems to their nearest ones: in rows along the lattice.
   void find_lattice(const position_set& stems) {
     constexpr double least = 0.03, hardly = 1e-3;  // [m]; chance of what random stems hardly do
     constexpr int reaches = 12;
@@ -116,8 +104,8 @@ class stand {
     }
   }
 
-  /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the
-  /// number of stems that were laid where others stand around.
+  /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the number
+  /// of stems that were laid where others stand around.
   std::vector<double> misfits_on_itself(const position_set& stems, double reach, double& tries) const {
     constexpr std::size_t origins = 8, shifts = 4, most_stems = 128;
     const std::vector<Eigen::Vector3d>& at = stems.at;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -16,6 +17,19 @@ inline double median(std::span<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+/// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful
+/// with probability `p`, at least `successes` succeed: the first term of the tail, and a geometric series
+/// that is above the others. 0 where so many are expected. Neither number need be whole.
+inline double log_binomial_tail(double successes, double tries, double p) {
+  if (successes <= tries * p || tries <= 0) return 0;
+  if (p <= 0) return -std::numeric_limits<double>::infinity();
+  const double k = std::min(successes, tries), misses = tries - k;
+  const double first = std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(misses + 1) +
+                       k * std::log(p) + (misses > 0 ? misses * std::log1p(-p) : 0);
+  const double ratio = misses * p / ((k + 1) * (1 - p));  // of a term and the one before; it falls further
+  return std::min(0.0, first - std::log1p(-ratio));
 }
 
 }  // namespace globalmatch

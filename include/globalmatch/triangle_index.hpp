@@ -60,14 +60,14 @@ class triangle_index {
     std::vector<made> of_chunk((makers + chunk - 1) / chunk);
     parallel_chunks(how, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
       made& own = of_chunk[begin / chunk];
-      for (std::size_t i = begin; i < end; ++i)
-        for_each_own_triangle(
-            nearest, neighbors, step, static_cast<stem_index>(i * step),
-            [&](stem_index maker, stem_index a, stem_index b) {
-              const triangle t = make_triangle(stems, {maker, a, b}, horizontal);
-              own.vertices.push_back(t.vertices);
-              own.edges.push_back({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])});
-            });
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto maker = static_cast<stem_index>(i * step);
+        for_each_own_triangle(nearest, neighbors, step, maker, [&](stem_index a, stem_index b) {
+          const triangle t = make_triangle(stems, {maker, a, b}, horizontal);
+          own.vertices.push_back(t.vertices);
+          own.edges.push_back({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])});
+        });
+      }
     });
     std::size_t count = 0;
     for (const made& own : of_chunk) count += own.vertices.size();
@@ -109,7 +109,7 @@ class triangle_index {
       for (std::size_t k = j + 1; k < neighbors; ++k) {
         const stem_index a = own[j], b = own[k];
         if ((a < maker && makes(a, maker, b)) || (b < maker && makes(b, maker, a))) continue;
-        visit(maker, a, b);
+        visit(a, b);
       }
   }
 
