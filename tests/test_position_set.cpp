@@ -1,14 +1,31 @@
 #include "globalmatch/position_set.hpp"
 
+#include <array>
 #include <limits>
 
 #include "catch.hpp"
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
+namespace surveyors {
+
+/// A type that knows how uncertain it is.
+struct surveyed_stem {
+  double east, north, height, uncertainty;
+};
+
+}  // namespace surveyors
+
+template <>
+struct globalmatch::point_traits<surveyors::surveyed_stem> {
+  static std::array<double, 3> xyz(const surveyors::surveyed_stem& s) { return {s.east, s.north, s.height}; }
+  static double position_sigma(const surveyors::surveyed_stem& s) { return s.uncertainty; }
+};
+
 namespace globalmatch {
 
 using scenes::positions;
+using surveyors::surveyed_stem;
 
 namespace {
 
@@ -83,6 +100,21 @@ TEST_CASE("import_positions names the map and the position that is not finite") 
       CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
                         Catch::Contains("target: position 1 is not"));
     }
+}
+
+TEST_CASE("import_positions keeps what a type knows of its uncertainty, in the order of the stems") {
+  const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, 0.1}, {2, 0, 0, 0}};
+  CHECK(import_positions(stems, z_up, "source").sigma == std::vector{0.1, 0.0, 0.3});
+  CHECK(import_positions(positions{{1, 2, 3}}, z_up, "source").sigma.empty());
+}
+
+TEST_CASE("import_positions names the map and the uncertainty that makes no sense") {
+  for (const double wrong :
+       {-0.1, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, wrong}};
+    CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
+                      "target: position_sigma 1 is negative or not finite; 0 stands for unknown");
+  }
 }
 
 TEST_CASE("import_positions refuses an up without direction") {

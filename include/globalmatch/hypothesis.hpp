@@ -163,18 +163,20 @@ class map_pair {
     return pairs;
   }
 
-  /// Least squares motion over the correspondences; in 4-DoF its height is the median of what they ask for.
-  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs) const {
+  /// Least squares motion over the correspondences, all equal or with `weights`; in 4-DoF its height is the
+  /// median of what they ask for.
+  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs,
+                                       std::span<const double> weights = {}) const {
     constexpr std::size_t few = 3;  // of the triangles, by the million
     if (pairs.size() <= few) {
       std::array<Eigen::Vector3d, few> from, to;
       std::array<double, few> rises;
       const auto used = [&](auto& all) { return std::span(all).first(pairs.size()); };
-      return fit(pairs, used(from), used(to), used(rises));
+      return fit(pairs, weights, used(from), used(to), used(rises));
     }
     std::vector<Eigen::Vector3d> from(pairs.size()), to(pairs.size());
     std::vector<double> rises(pairs.size());
-    return fit(pairs, from, to, rises);
+    return fit(pairs, weights, from, to, rises);
   }
 
   /// Distance [m] of two paired stems.
@@ -190,14 +192,15 @@ class map_pair {
   }
 
  private:
-  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<Eigen::Vector3d> from,
-                                       std::span<Eigen::Vector3d> to, std::span<double> rises) const {
+  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<const double> weights,
+                                       std::span<Eigen::Vector3d> from, std::span<Eigen::Vector3d> to,
+                                       std::span<double> rises) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       from[i] = source.at[pairs[i].source];
       to[i] = target.at[pairs[i].target];
       rises[i] = to[i].z() - from[i].z();
     }
-    auto motion = fit_transform(from, to, dof);
+    auto motion = fit_transform(from, to, dof, weights);
     if (motion && dof == degrees_of_freedom::four) motion->translation().z() = median(rises);
     return motion;
   }

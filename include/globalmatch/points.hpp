@@ -130,6 +130,12 @@ Eigen::Vector3d xyz(const P& p) {
   }
 }
 
+/// A position that knows how uncertain it is.
+template <class P>
+concept has_position_sigma = requires(const P& p) {
+  { point_traits<P>::position_sigma(p) } -> std::convertible_to<double>;
+};
+
 /// Points that are computed from their index: `at(i)` for i in [0, size). The views below are of this type.
 template <class At>
 class indexed_points {

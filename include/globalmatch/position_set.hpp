@@ -4,8 +4,10 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cmath>
 #include <compare>
 #include <cstddef>
+#include <ranges>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -22,13 +24,15 @@ struct position_set {
   local_frame frame;                 ///< its origin is the first position
   std::vector<Eigen::Vector3d> at;   ///< [m] levelled local frame
   std::vector<stem_index> original;  ///< index of each in the caller's range
-  bool has_heights = true;           ///< false: positions in plan, all heights are 0
+  std::vector<double> sigma;  ///< [m] standard deviation of each; empty when the caller's type has none
+  bool has_heights = true;    ///< false: positions in plan, all heights are 0
 
   std::size_t size() const { return at.size(); }
 };
 
-/// Reads the caller's positions. `name` ("source", "target") is for messages. Throws `std::invalid_argument`
-/// when a coordinate is not finite.
+/// Reads the caller's positions, and how uncertain they are where their type says so (`point_traits`). `name`
+/// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite, or a
+/// standard deviation negative or not finite.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name) {
   position_set set;
@@ -40,12 +44,20 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     stem_index original;
     auto operator<=>(const entry&) const = default;
   };
+  constexpr bool has_sigma = has_position_sigma<std::ranges::range_value_t<R>>;
+  std::vector<double> sigma;  // of the given ones
   std::vector<entry> given;
   for (const auto& position : positions) {
     const Eigen::Vector3d p = xyz(position);
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
+    if constexpr (has_sigma) {
+      sigma.push_back(double(point_traits<std::ranges::range_value_t<R>>::position_sigma(position)));
+      if (!(sigma.back() >= 0 && std::isfinite(sigma.back())))
+        throw std::invalid_argument(std::string(name) + ": position_sigma " + std::to_string(given.size()) +
+                                    " is negative or not finite; 0 stands for unknown");
+    }
     given.push_back({p.x(), p.y(), p.z(), static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
@@ -55,6 +67,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   for (const entry& e : given) {
     set.at.push_back(set.frame.to_local({e.x, e.y, e.z}));
     set.original.push_back(e.original);
+    if constexpr (has_sigma) set.sigma.push_back(sigma[e.original]);
   }
   return set;
 }

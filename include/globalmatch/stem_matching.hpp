@@ -23,6 +23,7 @@
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/robust_fit.hpp"
 #include "globalmatch/significance.hpp"
 #include "globalmatch/stand.hpp"
 #include "globalmatch/transform.hpp"
@@ -209,6 +210,7 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
   for (std::size_t i = 1; i < hypotheses.size(); ++i)
     weigh(hypotheses[i], maps, by_chance, std::span(&hypotheses.front().tolerance, 1));
   rank(hypotheses);
+  if (!hypotheses.empty()) fit_robustly(hypotheses.front(), maps);
   return hypotheses;
 }
 

@@ -1,0 +1,101 @@
+// Robust re-estimation: the motion of a hypothesis from all its pairs, weighed by how certain the stems are
+// and by how well they fit, until it stands.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/statistics.hpp"
+
+namespace globalmatch {
+
+namespace detail {
+
+/// Variance [m^2] of each coordinate of the misfit of a pair, as the caller knows the stems.
+inline double known_variance(const map_pair& maps, const correspondence& c) {
+  const auto of = [](const position_set& stems, stem_index i) {
+    return stems.sigma.empty() ? 0 : stems.sigma[i] * stems.sigma[i];
+  };
+  return of(maps.source, c.source) + of(maps.target, c.target);
+}
+
+/// Variance [m^2] of each coordinate of the misfits that the known ones leave unexplained, as in a model of
+/// random effects; from their median, which some wrong pairs do not move.
+inline double unknown_variance(const map_pair& maps, const hypothesis& h) {
+  const std::size_t dimensions = maps.in_plan() ? 2 : 3, unknowns = maps.in_plan() ? 3 : 6;
+  const double median_of_chi_squared = maps.in_plan() ? 1.386 : 2.366;
+  const std::size_t coordinates = dimensions * h.correspondences.size();
+  std::vector<double> squares, known;
+  for (const correspondence& c : h.correspondences) {
+    squares.push_back(std::pow(maps.misfit(h.target_from_source, c), 2));
+    known.push_back(known_variance(maps, c));
+  }
+  const double fitted = double(coordinates) / double(coordinates - std::min(coordinates - 1, unknowns));
+  constexpr double least = 1e-6;  // [m] keeps the weights of perfect maps finite
+  return std::max(least * least, fitted * median(squares) / median_of_chi_squared - median(known));
+}
+
+/// Of each pair: the inverse of its variance, less the further it is off, 0 for one that cannot belong to the
+/// rest: Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2), with the usual constant.
+inline std::vector<double> robust_weights(const map_pair& maps, const hypothesis& h, double unknown) {
+  constexpr double farthest = 4.685;  // standard deviations
+  std::vector<double> weights;
+  weights.reserve(h.correspondences.size());
+  for (const correspondence& c : h.correspondences) {
+    const double variance = known_variance(maps, c) + unknown;
+    const double off = std::pow(maps.misfit(h.target_from_source, c), 2) / (variance * farthest * farthest);
+    weights.push_back(off < 1 ? std::pow(1 - off, 2) / variance : 0);
+  }
+  return weights;
+}
+
+/// Fits the motion to the pairs with weights that follow it, until it moves none of them by more than `still`
+/// [m]. Returns whether it had to move.
+inline bool reweigh_and_fit(hypothesis& h, const map_pair& maps, double unknown, double still) {
+  constexpr int rounds = 20;
+  for (int round = 0; round < rounds; ++round) {
+    const auto motion = maps.fit(h.correspondences, robust_weights(maps, h, unknown));
+    if (!motion) return false;
+    double moved = 0;
+    for (const correspondence& c : h.correspondences) {
+      const Eigen::Vector3d& p = maps.source.at[c.source];
+      moved = std::max(moved, stem_distance(*motion * p, h.target_from_source * p, maps.in_plan()));
+    }
+    h.target_from_source = *motion;
+    if (moved < still) return round > 0;
+  }
+  return true;
+}
+
+}  // namespace detail
+
+/// Fits the motion of a hypothesis anew and pairs all stems under it at its tolerance, until it stands: stems
+/// count as much as `position_sigma` makes them certain, and pairs that fit badly count less. The scatter is
+/// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
+/// pairs tell no scatter and stay as they are.
+inline void fit_robustly(hypothesis& h, const map_pair& maps) {
+  constexpr std::size_t least = 6;
+  constexpr int rounds = 10;
+  constexpr double still = 0.01;  // of the tolerance
+  if (h.correspondences.size() < least) return;
+  const double unknown = detail::unknown_variance(maps, h);
+  for (int round = 0; round < rounds; ++round) {
+    hypothesis fitted = h;
+    const bool moved = detail::reweigh_and_fit(fitted, maps, unknown, still * h.tolerance);
+    fitted.correspondences = maps.pair_stems(fitted.target_from_source, h.tolerance);
+    if (fitted.correspondences.size() < least) return;
+    fitted.rms = maps.rms(fitted.target_from_source, fitted.correspondences);
+    h = std::move(fitted);
+    if (!moved) return;
+  }
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,145 @@
+#include "globalmatch/robust_fit.hpp"
+
+#include <numeric>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+/// Two maps of the same stems, stem i of one being stem i of the other, and what is known of them.
+struct scene {
+  position_set source, target;
+  Eigen::Isometry3d truth;
+
+  /// Fit of `pairs` as it comes out of matching: least squares, and all stems paired under it.
+  hypothesis least_squares(const map_pair& maps, double tolerance) const {
+    hypothesis h;
+    h.tolerance = tolerance;
+    for (stem_index i = 0; i < source.size(); ++i) h.correspondences.push_back({i, i});
+    h.target_from_source = *maps.fit(h.correspondences);
+    h.correspondences = maps.pair_stems(h.target_from_source, tolerance);
+    return h;
+  }
+
+  double error(const hypothesis& h) const {
+    double sum = 0;
+    for (const Eigen::Vector3d& p : source.at)
+      sum += stem_distance(h.target_from_source * p, truth * p, true) / double(source.size());
+    return sum;
+  }
+};
+
+/// `sigma(i)` [m]: standard deviation of the coordinates of stem i in plan.
+scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
+  scene s;
+  const positions at = scenes::random_stems(random, stems, 40, 40);
+  s.truth = scenes::random_levelled_motion(random);
+  s.source = scenes::set_in_order(at);
+  s.target = scenes::set_in_order(scenes::moved(s.truth, at));
+  for (std::size_t i = 0; i < stems; ++i)
+    s.target.at[i].head<2>() += sigma(i) * Eigen::Vector2d(random.normal(), random.normal());
+  return s;
+}
+
+constexpr auto four = degrees_of_freedom::four;
+
+}  // namespace
+
+TEST_CASE("pairs that fit badly move a robust fit less than one of least squares") {
+  random_source random(1);
+  double robust = 0, least_squares = 0;
+  for (int round = 0; round < 50; ++round) {
+    const scene s = noisy_scene(random, 30, [](std::size_t i) { return i % 6 == 0 ? 0.2 : 0.01; });
+    const map_pair maps(s.source, s.target, false, four);
+    hypothesis h = s.least_squares(maps, 0.5);
+    least_squares += s.error(h) / 50;
+    fit_robustly(h, maps);
+    robust += s.error(h) / 50;
+  }
+  CHECK(robust < least_squares / 4);
+  CHECK(robust < 0.006);
+}
+
+TEST_CASE("a robust fit of Gaussian noise is nearly as good as one of least squares") {
+  random_source random(2);
+  double robust = 0, least_squares = 0;
+  for (int round = 0; round < 200; ++round) {
+    const scene s = noisy_scene(random, 12, [](std::size_t) { return 0.05; });
+    const map_pair maps(s.source, s.target, false, four);
+    hypothesis h = s.least_squares(maps, 0.5);
+    least_squares += s.error(h) / 200;
+    fit_robustly(h, maps);
+    robust += s.error(h) / 200;
+  }
+  CHECK(robust < 1.1 * least_squares);
+}
+
+TEST_CASE("stems that are known to be uncertain move the fit less, whichever map knows it") {
+  const auto sigma = [](std::size_t i) { return i % 3 == 0 ? 0.01 : 0.1; };
+  for (const bool source_knows : {true, false}) {
+    CAPTURE(source_knows);
+    random_source random(3);
+    double told = 0, not_told = 0;
+    for (int round = 0; round < 100; ++round) {
+      scene s = noisy_scene(random, 18, sigma);
+      const map_pair maps(s.source, s.target, false, four);
+      const hypothesis h = s.least_squares(maps, 1);
+      hypothesis fitted = h;
+      fit_robustly(fitted, maps);
+      not_told += s.error(fitted) / 100;
+      for (std::size_t i = 0; i < s.source.size(); ++i)
+        (source_knows ? s.source : s.target).sigma.push_back(sigma(i));
+      fitted = h;
+      fit_robustly(fitted, maps);
+      told += s.error(fitted) / 100;
+    }
+    CHECK(told < 0.5 * not_told);
+  }
+}
+
+TEST_CASE("a robust fit stands: its pairs are those of its motion, and its rms theirs") {
+  random_source random(4);
+  for (int round = 0; round < 20; ++round) {
+    const scene s = noisy_scene(random, 25, [](std::size_t i) { return i % 5 == 0 ? 0.15 : 0.02; });
+    const map_pair maps(s.source, s.target, false, four);
+    hypothesis h = s.least_squares(maps, 0.2);
+    fit_robustly(h, maps);
+    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.tolerance));
+    CHECK(h.rms == maps.rms(h.target_from_source, h.correspondences));
+    hypothesis again = h;
+    fit_robustly(again, maps);
+    for (const Eigen::Vector3d& p : s.source.at)
+      CHECK((h.target_from_source * p - again.target_from_source * p).norm() < 0.02);
+  }
+}
+
+TEST_CASE("maps without any noise are fitted exactly, in 4-DoF and in 6-DoF") {
+  random_source random(5);
+  for (const auto dof : {four, degrees_of_freedom::six}) {
+    const scene s = noisy_scene(random, 10, [](std::size_t) { return 0.0; });
+    const map_pair maps(s.source, s.target, false, dof);
+    hypothesis h = s.least_squares(maps, 0.1);
+    fit_robustly(h, maps);
+    CHECK(h.correspondences.size() == 10);
+    CHECK(s.error(h) < 1e-9);
+  }
+}
+
+TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as they are") {
+  random_source random(6);
+  const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });
+  const map_pair maps(s.source, s.target, false, four);
+  const hypothesis given = s.least_squares(maps, 1);
+  REQUIRE(given.correspondences.size() == 5);
+  hypothesis h = given;
+  fit_robustly(h, maps);
+  CHECK(h.target_from_source.matrix() == given.target_from_source.matrix());
+  CHECK(h.correspondences == given.correspondences);
+}
+
+}  // namespace globalmatch
