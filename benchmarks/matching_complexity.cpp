@@ -1,18 +1,20 @@
-// Time and success of `match_stems` against the number of stems, over layouts, and the exponent with which
-// the time grows. Maps of half overlap (or another), 85 % of the stems detected, 10 % false.
+// How time, memory and success of matching depend on the stems: their number, the overlap, false stems, noise
+// and layout. Ours, the exact path, and the baselines, each up to the size that it can bear.
 #include <globalmatch/statistics.hpp>
 #include <globalmatch/stem_matching.hpp>
 
+#include "matchers.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iomanip>
 #include <iostream>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 using namespace globalmatch;
@@ -20,116 +22,209 @@ using namespace globalmatch::benchmarks;
 
 namespace {
 
-struct measurement {
-  double median_seconds = 0;
-  std::size_t right = 0, wrong = 0;  // registered; the others are refused
+/// One kind of pair of maps.
+struct setting {
+  std::string layout;
+  std::size_t stems;
+  double overlap;
+  view_options view;
 };
 
-double seconds_of(const auto& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
+/// What came of some pairs of one kind.
+struct summary {
+  std::vector<double> seconds, errors;  // errors [m] of those registered
+  double peak_memory = 0;               // [MB] of the worst
+  matching_funnel funnel;               // of the last one
+  std::size_t right = 0, wrong = 0, refused = 0;
 
-void count(measurement& m, const matching& result, const two_maps& maps, double noise) {
-  if (!result.target_from_source) return;
-  const double error = largest_error(*result.target_from_source, maps.target_from_source, maps.source);
-  ++(error < std::max(0.3, 3 * noise) ? m.right : m.wrong);
-}
+  void add(const match_run& run, const two_maps& maps, double noise) {
+    seconds.push_back(run.seconds);
+    peak_memory = std::max(peak_memory, run.peak_memory);
+    funnel = run.funnel;
+    if (!run.target_from_source) {
+      ++refused;
+      return;
+    }
+    errors.push_back(mean_error(*run.target_from_source, maps.target_from_source, maps.source));
+    const double worst = largest_error(*run.target_from_source, maps.target_from_source, maps.source);
+    ++(worst < std::max(0.3, 3 * noise) ? right : wrong);
+  }
+};
 
-/// Slope of log(seconds) over log(stems).
+/// Slope of log(y) over log(x).
 double growth_exponent(const std::vector<std::pair<double, double>>& points) {
   double x = 0, y = 0, xx = 0, xy = 0;
-  for (const auto& [stems, seconds] : points) {
-    const double u = std::log(stems), v = std::log(seconds);
+  for (const auto& [of, value] : points) {
+    const double u = std::log(of), v = std::log(value);
     x += u, y += v, xx += u * u, xy += u * v;
   }
   const double n = double(points.size());
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
+void write_run(std::ostream& csv, std::string_view matcher, const setting& s, std::size_t repetition,
+               const match_run& run, const two_maps& maps) {
+  const auto& f = run.funnel;
+  csv << matcher << ',' << s.layout << ',' << s.stems << ',' << s.overlap << ',' << s.view.false_stems << ','
+      << s.view.noise << ',' << repetition << ',' << maps.source.size() << ',' << maps.target.size() << ','
+      << f.source_triangles << ',' << f.target_triangles << ',' << f.local_pairs << ',' << f.tested << ','
+      << run.seconds << ',' << run.peak_memory << ',';
+  if (run.target_from_source)
+    csv << mean_error(*run.target_from_source, maps.target_from_source, maps.source);
+  csv << ',';
+  for (const auto& [stage, seconds] : run.stages.items())
+    csv << stage << ':' << seconds.template get<double>() << ';';
+  csv << '\n';
+}
+
+void print(std::string_view matcher, const setting& s, summary& all) {
+  std::cout << "| " << matcher << " | " << s.layout << " | " << s.stems << " | " << s.overlap << " | "
+            << s.view.false_stems << " | " << s.view.noise << " | " << std::setprecision(3)
+            << 1000 * median(all.seconds) << " | " << all.peak_memory << " | " << all.funnel.source_triangles
+            << ", " << all.funnel.target_triangles << " | " << all.funnel.local_pairs << " | "
+            << all.funnel.tested << " | " << all.right << ", " << all.wrong << ", " << all.refused << " | ";
+  if (!all.errors.empty()) std::cout << 100 * median(all.errors);
+  std::cout << " |\n" << std::flush;
+}
+
+/// [GM] Eqs. (2) and (3): triangles that all triplets give, and each stem with its K nearest, beside those
+/// that are distinct and those of the index.
+void print_triangle_counts(const std::vector<std::string>& layouts, const std::vector<std::size_t>& sizes,
+                           int threads) {
+  constexpr std::size_t most = 100000;
+  std::cout
+      << "| layout | stems N_l | N_e | N_K | built, distinct | of the index |\n|---|---|---|---|---|---|\n";
+  for (const std::string& layout : layouts)
+    for (const std::size_t size : sizes) {
+      if (size > most) continue;
+      random_source random(size);
+      const auto maps = overlapping_maps(layout, size, 1, {}, random);
+      const position_set stems = import_positions(maps.source, Eigen::Vector3d::UnitZ(), "stems");
+      const double n = double(stems.size()), k = triangle_options{}.neighbors;
+      const prepared_map indexed =
+          prepare_map(maps.source, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
+      std::cout << "| " << layout << " | " << stems.size() << " | " << std::setprecision(4)
+                << n * n * n / 6 - n * n / 2 + n / 3 << " | " << (k * k - k) / 2 * n << " | "
+                << build_triangles(stems, false).size() << " | " << indexed.triangles.size() << " |\n";
+    }
+}
+
+/// Stems of a forest around one of them.
+positions cut_plot(positions forest, std::size_t stems, random_source& random) {
+  const Eigen::Vector3d center = forest[random.below(static_cast<std::uint32_t>(forest.size()))];
+  const auto nearer = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return (a - center).head<2>().norm() < (b - center).head<2>().norm();
+  };
+  stems = std::min(stems, forest.size());
+  std::partial_sort(forest.begin(), forest.begin() + std::ptrdiff_t(stems), forest.end(), nearer);
+  forest.resize(stems);
+  return forest;
+}
+
+/// The same maps for every matcher.
+summary measure(const matcher& by, const setting& s, std::size_t repetitions, int threads,
+                std::ostream& csv) {
+  summary all;
+  random_source random(s.stems);
+  for (std::size_t r = 0; r < repetitions; ++r) {
+    const two_maps maps = overlapping_maps(s.layout, s.stems, s.overlap, s.view, random);
+    reset_peak_memory();
+    match_run run = by.run(maps, threads);
+    run.peak_memory = peak_memory();
+    all.add(run, maps, s.view.noise);
+    write_run(csv, by.name, s, r, run, maps);
+  }
+  return all;
+}
+
+/// Plots of so many stems, each matched against one prepared map.
+summary measure_prepared(std::size_t plot_stems, const setting& s, std::size_t repetitions, int threads,
+                         std::ostream& csv) {
+  summary all;
+  random_source random(s.stems);
+  const two_maps forest = overlapping_maps(s.layout, s.stems, 1, s.view, random);
+  const prepared_map prepared =
+      prepare_map(forest.target, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
+  for (std::size_t r = 0; r < repetitions; ++r) {
+    const two_maps maps{cut_plot(forest.source, plot_stems, random), forest.target,
+                        forest.target_from_source};
+    reset_peak_memory();
+    match_run run = run_match_stems(maps.source, prepared, {}, threads);
+    run.peak_memory = peak_memory();
+    all.add(run, maps, s.view.noise);
+    write_run(csv, "prepared", s, r, run, maps);
+  }
+  return all;
+}
+
+bool is_among(const std::vector<std::string>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Time and success of match_stems against the number of stems.", "matching_complexity");
-  std::vector<std::string> layouts = {"random", "rows", "clumped"};
+  CLI::App app("Time, memory and success of stem matching, over all combinations of what is asked for.",
+               "matching_complexity");
+  std::vector<std::string> matchers = {"index"}, layouts = {"random", "rows", "clumped"};
   std::vector<std::size_t> sizes = {200, 1000, 10000, 100000};
-  std::size_t repetitions = 5;
-  double overlap = 0.5;
-  view_options view;
-  std::string proposal_name = "index";
-  std::size_t prepared_plot = 0;
+  std::vector<double> overlaps = {0.5}, false_shares = {0.1}, noises = {0.01};
+  std::size_t repetitions = 5, prepared_plot = 0;
+  bool triangle_counts = false;
   int threads = 0;
   std::filesystem::path csv_file = "matching_complexity.csv";
-  app.add_option("--layouts", layouts, "random, rows, clumped")->delimiter(',');
-  app.add_option("--sizes", sizes, "stems in each map")->delimiter(',');
+  const auto list = [&](const char* name, auto& values, const char* help) {
+    return app.add_option(name, values, help)->delimiter(',')->capture_default_str();
+  };
+  list("--matchers", matchers, "index, algorithm_1, literal_algorithm_1, triplets")
+      ->check(CLI::IsMember({"index", "algorithm_1", "literal_algorithm_1", "triplets"}));
+  list("--layouts", layouts, "random, rows, clumped")->check(CLI::IsMember({"random", "rows", "clumped"}));
+  list("--sizes", sizes, "stems in each map");
+  list("--overlap", overlaps, "share of the area that both maps show");
+  list("--false-stems", false_shares, "added to each map, as a share of its stems");
+  list("--noise", noises, "of coordinates [m]");
   app.add_option("--repetitions", repetitions, "random pairs of maps of each kind")->capture_default_str();
-  app.add_option("--overlap", overlap, "share of the area that both maps show")->capture_default_str();
-  app.add_option("--noise", view.noise, "of coordinates [m]")->capture_default_str();
-  app.add_option("--proposal", proposal_name, "index or algorithm_1")
-      ->check(CLI::IsMember({"index", "algorithm_1"}))
-      ->capture_default_str();
   app.add_option("--prepared", prepared_plot,
                  "match plots of so many stems against a prepared map, and time that alone");
+  app.add_flag("--triangle-counts", triangle_counts, "only tell how many triangles there are");
   app.add_option("--threads", threads, "number of threads; 0: all")->capture_default_str();
-  app.add_option("--csv", csv_file, "file for all times")->capture_default_str();
+  app.add_option("--csv", csv_file, "file with a line for each pair of maps")->capture_default_str();
 
   return support::run_program(app, argc, argv, [&] {
-    support::atomic_file csv(csv_file);
-    csv.stream() << "layout,stems,repetition,seconds\n";
-    matching_options options;
-    if (proposal_name == "algorithm_1") {
-      options.proposal = proposal::algorithm_1;
-      options.tolerance = 0.05;
+    if (triangle_counts) {
+      print_triangle_counts(layouts, sizes, threads);
+      return support::done;
     }
-    const execution how{.threads = threads};
-    std::cout << "| layout | stems | median seconds | right, wrong, refused |\n|---|---|---|---|\n";
-    for (const std::string& layout : layouts) {
-      std::vector<std::pair<double, double>> growth;
-      for (const std::size_t stems : sizes) {
-        measurement m;
-        std::vector<double> times;
-        prepared_map prepared;
-        two_maps forest;
-        random_source random(stems);
-        if (prepared_plot > 0) {
-          forest = overlapping_maps(layout, stems, 1, view, random);
-          prepared = prepare_map(forest.target, options, Eigen::Vector3d::UnitZ(), how);
-        }
-        for (std::size_t r = 0; r < repetitions; ++r) {
-          two_maps maps;
-          matching result;
-          if (prepared_plot > 0) {
-            maps.target_from_source = forest.target_from_source;
-            const Eigen::Vector3d center = forest.source[random.below(std::uint32_t(forest.source.size()))];
-            maps.source = forest.source;
-            const auto nearer = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-              return (a - center).head<2>().norm() < (b - center).head<2>().norm();
-            };
-            std::partial_sort(maps.source.begin(), maps.source.begin() + std::ptrdiff_t(prepared_plot),
-                              maps.source.end(), nearer);
-            maps.source.resize(prepared_plot);
-            times.push_back(seconds_of([&] {
-              result = match_stems(maps.source, prepared, options, Eigen::Vector3d::UnitZ(), how);
-            }));
-          } else {
-            maps = overlapping_maps(layout, stems, overlap, view, random);
-            times.push_back(seconds_of([&] {
-              result = match_stems(maps.source, maps.target, options, Eigen::Vector3d::UnitZ(), how);
-            }));
-          }
-          count(m, result, maps, view.noise);
-          csv.stream() << layout << ',' << stems << ',' << r << ',' << times.back() << '\n';
-        }
-        m.median_seconds = median(times);
-        growth.push_back({double(stems), m.median_seconds});
-        std::cout << "| " << layout << " | " << stems << " | " << std::setprecision(3) << m.median_seconds
-                  << " | " << m.right << ", " << m.wrong << ", " << repetitions - m.right - m.wrong << " |\n"
-                  << std::flush;
-      }
-      if (growth.size() > 1)
-        std::cout << "| " << layout << " | growth exponent | " << std::setprecision(3)
-                  << growth_exponent(growth) << " | |\n";
+    support::atomic_file csv(csv_file);
+    csv.stream() << std::setprecision(6)
+                 << "matcher,layout,stems,overlap,false_stems,noise,repetition,source_stems,target_stems,"
+                    "source_triangles,target_triangles,local_pairs,tested,seconds,peak_mb,error,stages\n";
+    std::cout << "| matcher | layout | stems | overlap | false | noise [m] | median [ms] | peak [MB] | N_t | "
+                 "N_u | tested | right, wrong, refused | error [cm] |\n"
+                 "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+    for (const matcher& by : all_matchers()) {
+      if (prepared_plot > 0 ? by.name != "index" : !is_among(matchers, by.name)) continue;
+      for (const std::string& layout : layouts)
+        for (const double overlap : overlaps)
+          for (const double false_stems : false_shares)
+            for (const double noise : noises) {
+              std::vector<std::pair<double, double>> times, memories;
+              for (const std::size_t stems : sizes) {
+                if (stems > by.most_stems) continue;
+                const setting s{layout, stems, overlap, {.noise = noise, .false_stems = false_stems}};
+                summary all = prepared_plot > 0
+                                  ? measure_prepared(prepared_plot, s, repetitions, threads, csv.stream())
+                                  : measure(by, s, repetitions, threads, csv.stream());
+                print(prepared_plot > 0 ? "prepared" : by.name, s, all);
+                times.push_back({double(stems), median(all.seconds)});
+                memories.push_back({double(stems), all.peak_memory});
+              }
+              if (times.size() > 1)
+                std::cout << "| " << by.name << " | " << layout << " | growth exponent | | | | "
+                          << std::setprecision(3) << growth_exponent(times) << " | "
+                          << growth_exponent(memories) << " | | | | | |\n";
+            }
     }
     csv.commit();
     return support::done;

@@ -91,9 +91,7 @@ window_pair cut_pair(const positions& map, std::size_t trees, const view_options
 
 /// Whether the stems are laid less than 0.3 m, or three standard deviations of the noise, off on average.
 bool is_right(const Eigen::Isometry3d& motion, const two_maps& maps, double noise) {
-  double sum = 0;
-  for (const Eigen::Vector3d& p : maps.source) sum += (motion * p - maps.target_from_source * p).norm();
-  return sum < std::max(0.3, 3 * noise) * double(maps.source.size());
+  return mean_error(motion, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
 }
 
 /// Outcomes of pairs that share as many stems.

@@ -105,4 +105,12 @@ inline double largest_error(const Eigen::Isometry3d& estimate, const Eigen::Isom
   return largest;
 }
 
+/// Mean distance [m] between where two motions lay the stems.
+inline double mean_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
+                         const positions& stems) {
+  double sum = 0;
+  for (const Eigen::Vector3d& p : stems) sum += (estimate * p - truth * p).norm();
+  return sum / double(stems.size());
+}
+
 }  // namespace globalmatch::benchmarks

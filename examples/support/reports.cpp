@@ -103,6 +103,7 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
            {{"source_triangles", result.funnel.source_triangles},
             {"target_triangles", result.funnel.target_triangles},
             {"local_pairs", result.funnel.local_pairs},
+            {"tested", result.funnel.tested},
             {"consensus", result.funnel.consensus}}}};
 }
 

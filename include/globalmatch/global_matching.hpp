@@ -268,10 +268,12 @@ inline seed_consensus best_seed(const consensus_finder& finder, std::span<const 
   return best;
 }
 
-/// The seeds in decreasing order of what they promise, and the best of all of them.
+/// The seeds in decreasing order of what they promise, the best of all of them, and how many had to be looked
+/// at.
 struct consensus_search {
   seed_consensus best;
   std::vector<std::uint32_t> order;
+  std::size_t looked_at = 0;
 };
 
 /// The largest consensus set: the one that Algorithm 1 finds, without looking at seeds that cannot win. With
@@ -283,8 +285,9 @@ inline consensus_search largest_consensus(const consensus_finder& finder, std::s
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return finder.votes(a) > finder.votes(b); });
-  seed_consensus best = best_seed(finder, std::span(order).first(std::min(batch, order.size())), how);
-  if (sufficient > 0 && best.size >= sufficient) return {best, std::move(order)};
+  std::size_t looked_at = std::min(batch, order.size());
+  seed_consensus best = best_seed(finder, std::span(order).first(looked_at), how);
+  if (sufficient > 0 && best.size >= sufficient) return {best, std::move(order), looked_at};
 
   const auto bounds = consensus_bounds(finder, best.size, how);
   std::stable_sort(order.begin(), order.end(),
@@ -294,22 +297,25 @@ inline consensus_search largest_consensus(const consensus_finder& finder, std::s
     const auto next = std::span(order).subspan(begin, std::min(batch, order.size() - begin));
     const auto end = std::partition_point(next.begin(), next.end(), can_win);
     if (end == next.begin()) break;
+    looked_at += std::size_t(end - next.begin());
     const seed_consensus other = best_seed(finder, {next.begin(), end}, how);
     if (other.beats(best)) best = other;
     if (sufficient > 0 && best.size >= sufficient) break;
   }
-  return {best, std::move(order)};
+  return {best, std::move(order), looked_at};
 }
 
 /// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
-/// the sets that promise most among the pairs it does not explain. `tolerance` is epsilon [m].
+/// the sets that promise most among the pairs it does not explain. `tolerance` is epsilon [m]. `tested`
+/// receives the number of consensus sets that were counted.
 inline std::vector<hypothesis> match_globally(const map_pair& maps, std::span<const triangle_pair> pairs,
                                               double tolerance, const global_matching_options& options = {},
-                                              const execution& how = {}) {
+                                              const execution& how = {}, std::size_t* tested = nullptr) {
   require_valid(options);
   if (pairs.empty()) return {};
   const consensus_finder finder(maps, pairs, tolerance, how);
   const consensus_search search = largest_consensus(finder, options.sufficient, how);
+  if (tested) *tested = search.looked_at;
   std::vector<hypothesis> hypotheses;
   const auto verify_seed = [&](std::size_t seed) {
     const auto consensus = finder.consensus(seed);

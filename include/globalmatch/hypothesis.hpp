@@ -48,6 +48,7 @@ struct matching_funnel {
   std::size_t source_stems = 0, target_stems = 0;
   std::size_t source_triangles = 0, target_triangles = 0;
   std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
+  std::size_t tested = 0;           ///< motions tried on stems, or consensus sets counted
   std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
   std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
 };

@@ -212,6 +212,7 @@ class triangle_search {
 
   std::size_t queries() const { return queries_; }
   std::size_t candidates() const { return candidates_; }
+  std::size_t tested() const { return tested_; }
 
   /// Motions of triangles with source stem `i` that no hypothesis explains, those that lay most of the stems
   /// around on stems first.
@@ -223,6 +224,7 @@ class triangle_search {
     look_up(i);
     for (const auto& triangle : votes_.elect(options_.most_tried)) {
       if (is_known(triangle, known)) continue;
+      ++tested_;
       if (const auto hits = trial_.count_hits(triangle, around_)) trials.push_back({triangle, *hits});
     }
     std::stable_sort(trials.begin(), trials.end(),
@@ -264,7 +266,7 @@ class triangle_search {
   std::size_t corners_;
   motion_trial trial_;
   ballot votes_;
-  std::size_t queries_ = 0, candidates_ = 0;
+  std::size_t queries_ = 0, candidates_ = 0, tested_ = 0;
   std::vector<neighbor<double>> nearest_;
   std::vector<stem_index> around_;
 };
@@ -311,6 +313,7 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triang
   funnel.source_triangles += search.queries();
   funnel.target_triangles = index.size();
   funnel.local_pairs += search.candidates();
+  funnel.tested += search.tested();
   keep_best(hypotheses, options.most_hypotheses);
   return hypotheses;
 }

@@ -146,13 +146,17 @@ inline prepared_map prepare_positions(position_set stems, bool in_plan,
 inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double tolerance,
                                                     const matching_options& options, matching_funnel& funnel,
                                                     const execution& how) {
+  report_progress(how, "triangles", 0);
   const auto source_triangles = build_triangles(maps.source, maps.horizontal, options.triangles);
   const auto target_triangles = build_triangles(maps.target, maps.horizontal, options.triangles);
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
   funnel.source_triangles = source_triangles.size();
   funnel.target_triangles = target_triangles.size();
   funnel.local_pairs = pairs.size();
-  return match_globally(maps, pairs, tolerance, options.global, how);
+  std::size_t tested = 0;
+  auto hypotheses = match_globally(maps, pairs, tolerance, options.global, how, &tested);
+  funnel.tested = tested;
+  return hypotheses;
 }
 
 /// Ranked hypotheses by the index at one tolerance after the other, the finest first, until chance no longer

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Plots what matching_complexity and matching_windows wrote (CSV) as SVG. Needs matplotlib.
+
+plot_matching.py time    complexity.csv ... -o time.svg     median time against stems, by matcher and layout
+plot_matching.py memory  complexity.csv ... -o memory.svg   peak memory against stems
+plot_matching.py success complexity.csv ... -x overlap -o success.svg   share registered rightly against a column
+plot_matching.py curve   windows.csv ...    -o curve.svg    the same against stems that both windows show
+"""
+import argparse
+import csv
+import pathlib
+import statistics
+from collections import defaultdict
+
+import matplotlib
+
+matplotlib.use("Agg")
+matplotlib.rcParams["svg.hashsalt"] = "globalmatch"  # the same file for the same data
+from matplotlib import pyplot  # noqa: E402
+
+
+def rows_of(files):
+    for file in files:
+        with open(file, newline="") as stream:
+            for row in csv.DictReader(stream):
+                yield pathlib.Path(file).stem, row
+
+
+def against_stems(arguments, column, summary):
+    values = defaultdict(list)
+    for _, row in rows_of(arguments.files):
+        values[row["matcher"], row["layout"], int(row["stems"])].append(float(row[column]))
+    for matcher, layout in sorted({key[:2] for key in values}):
+        stems = sorted(key[2] for key in values if key[:2] == (matcher, layout))
+        pyplot.loglog(stems, [summary(values[matcher, layout, n]) for n in stems], marker="o", label=f"{matcher}, {layout}")
+    pyplot.xlabel("stems in each map")
+
+
+def plot_time(arguments):
+    against_stems(arguments, "seconds", statistics.median)
+    pyplot.ylabel("median time [s]")
+
+
+def plot_memory(arguments):
+    against_stems(arguments, "peak_mb", max)
+    pyplot.ylabel("peak memory of the process [MB]")
+
+
+def plot_success(arguments):
+    outcomes = defaultdict(list)
+    for _, row in rows_of(arguments.files):
+        limit = max(0.3, 3 * float(row["noise"]))
+        right = row["error"] != "" and float(row["error"]) < limit
+        outcomes[row["matcher"], row["layout"], float(row[arguments.x])].append(right)
+    for matcher, layout in sorted({key[:2] for key in outcomes}):
+        xs = sorted(key[2] for key in outcomes if key[:2] == (matcher, layout))
+        pyplot.plot(xs, [100 * statistics.mean(outcomes[matcher, layout, x]) for x in xs], marker="o", label=f"{matcher}, {layout}")
+    pyplot.xlabel(arguments.x.replace("_", " "))
+    pyplot.ylabel("registered rightly [%]")
+
+
+def plot_curve(arguments):
+    least = 20  # pairs behind a point of the curve
+    counts = defaultdict(lambda: [0, 0])
+    for name, row in rows_of(arguments.files):
+        count = counts[name, row["trees"], float(row["noise"]), int(row["common"])]
+        count[0] += int(row["pairs"])
+        count[1] += int(row["registered_right"])
+    for name, trees, noise in sorted({key[:3] for key in counts}):
+        xs = [key[3] for key in sorted(counts) if key[:3] == (name, trees, noise) and counts[key][0] >= least]
+        ys = [100 * counts[name, trees, noise, x][1] / counts[name, trees, noise, x][0] for x in xs]
+        pyplot.plot(xs, ys, marker=".", linestyle="-" if noise < 0.05 else "--",
+                    label=f"{name}, {trees} trees, {100 * noise:g} cm")
+    pyplot.xlim(0, 30)
+    pyplot.xlabel("stems that both maps show")
+    pyplot.ylabel("registered rightly [%]")
+
+
+def main():
+    plots = {"time": plot_time, "memory": plot_memory, "success": plot_success, "curve": plot_curve}
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("plot", choices=plots)
+    parser.add_argument("files", nargs="+")
+    parser.add_argument("-x", default="overlap", help="column for success")
+    parser.add_argument("-o", required=True, help="SVG file")
+    arguments = parser.parse_args()
+    pyplot.figure(figsize=(7, 5))
+    plots[arguments.plot](arguments)
+    pyplot.grid(alpha=0.3)
+    pyplot.legend(fontsize="x-small")
+    pyplot.savefig(arguments.o, bbox_inches="tight", metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,61 @@
+// Exhaustive search over triplets of stems, in the manner of TOA (Kelbe et al. 2016) and Fast-TOA (Tremblay
+// and Beland 2018) but without tree diameters: every triplet of one map against every one of the other with
+// like edges, each motion judged by all stems. A baseline: cost grows with the sixth power of the stems.
+#pragma once
+
+#include <globalmatch/stem_matching.hpp>
+
+#include <array>
+#include <cstddef>
+#include <optional>
+
+namespace globalmatch::benchmarks {
+
+struct triplet_match {
+  std::optional<Eigen::Isometry3d> target_from_source;  ///< the motion that lays most stems on stems
+  std::size_t source_triplets = 0, target_triplets = 0, like_pairs = 0;
+};
+
+template <position_range Source, position_range Target>
+triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems, double tolerance,
+                                 const execution& how) {
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const position_set source = import_positions(source_stems, up, "source");
+  const position_set target = import_positions(target_stems, up, "target");
+  const map_pair maps(source, target, false, degrees_of_freedom::four);
+  const triangle_index target_triplets(target, *maps.target_plan, maps.in_plan(), target.size(), how);
+  triplet_match result;
+  result.target_triplets = target_triplets.size();
+  std::size_t most = 0;
+  const auto try_motion = [&](const std::array<correspondence, 3>& triplet) {
+    const auto motion = maps.fit(triplet);
+    if (!motion) return;
+    std::size_t met = 0;
+    for (const Eigen::Vector3d& p : source.at) {
+      bool meets = false;
+      maps.for_each_met(*motion * p, tolerance, [&](stem_index, double) { meets = true; });
+      met += meets;
+    }
+    if (met <= most) return;
+    most = met;
+    result.target_from_source = *motion;
+  };
+  for (stem_index i = 0; i < source.size(); ++i)
+    for (stem_index j = i + 1; j < source.size(); ++j)
+      for (stem_index k = j + 1; k < source.size(); ++k) {
+        ++result.source_triplets;
+        for_each_admissible_order(
+            make_triangle(source, {i, j, k}, maps.in_plan()), tolerance, [&](const triangle& t) {
+              target_triplets.for_each_like(t, tolerance, [&](const std::array<stem_index, 3>& like) {
+                ++result.like_pairs;
+                try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
+              });
+            });
+      }
+  if (result.target_from_source)
+    result.target_from_source = target.frame.local_from_scan().inverse() * *result.target_from_source *
+                                source.frame.local_from_scan();
+  return result;
+}
+
+}  // namespace globalmatch::benchmarks
