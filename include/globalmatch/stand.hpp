@@ -91,7 +91,7 @@ class stand {
   /// Finds within which reach more stems meet another one than random ones would, when the map is laid on
   /// itself, shifted from stems to their nearest ones: in rows along the lattice.
   void find_lattice(const position_set& stems) {
-    constexpr double least = 0.03, hardly = 1e-3;  // [m]; chance of what random stems hardly do
+    constexpr double least = 0.03, hardly = 1e-6;  // [m]; chance of what random stems do not do
     constexpr int reaches = 12;
     double tries = 0;
     const std::vector<double> misfits =
