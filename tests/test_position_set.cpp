@@ -104,8 +104,18 @@ TEST_CASE("import_positions names the map and the position that is not finite") 
 
 TEST_CASE("import_positions keeps what a type knows of its uncertainty, in the order of the stems") {
   const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, 0.1}, {2, 0, 0, 0}};
-  CHECK(import_positions(stems, z_up, "source").sigma == std::vector{0.1, 0.0, 0.3});
+  const auto sigma = import_positions(stems, z_up, "source").sigma;
+  REQUIRE(sigma.size() == 3);
+  CHECK(sigma[0] == 0.1);
+  CHECK(sigma[1] == Approx(0.2));  // unknown: the median of what is known
+  CHECK(sigma[2] == 0.3);
+  CHECK(import_positions(std::vector<surveyed_stem>{{1, 0, 0, 0}}, z_up, "source").sigma.empty());
   CHECK(import_positions(positions{{1, 2, 3}}, z_up, "source").sigma.empty());
+}
+
+TEST_CASE("import_positions gives the same bits when stems at one place differ in their uncertainty alone") {
+  const std::vector<surveyed_stem> stems = {{1, 0, 0, 0.3}, {1, 0, 0, 0.1}}, swapped = {stems[1], stems[0]};
+  CHECK(import_positions(stems, z_up, "source").sigma == import_positions(swapped, z_up, "source").sigma);
 }
 
 TEST_CASE("import_positions names the map and the uncertainty that makes no sense") {

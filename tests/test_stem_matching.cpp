@@ -125,6 +125,107 @@ TEST_CASE("match_stems does not register two unrelated maps of thirty stems") {
   }
 }
 
+TEST_CASE("match_stems never registers unrelated rows, however many stems meet along them") {
+  for (const int rows : {10, 20, 40}) {
+    CAPTURE(rows);
+    for (std::uint64_t seed = 0; seed < 4; ++seed) {
+      random_source random(seed);
+      const auto plantation = [&] { return scenes::noisy(scenes::lattice(rows, rows, 3), 0.12, random); };
+      const positions source = plantation();
+      const positions target = scenes::moved(scenes::random_levelled_motion(random), plantation());
+      CHECK(match_stems(source, target).outcome != outcome::registered);
+    }
+  }
+}
+
+TEST_CASE("rows within a stand of another kind are no evidence either") {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    random_source random(seed);
+    const auto block = [&] { return scenes::noisy(scenes::lattice(10, 12, 3), 0.12, random); };
+    const positions source = block();
+    positions target = scenes::moved(scenes::yaw_and_shift(0, {70, 0, 0}), block());
+    for (const Eigen::Vector3d& p : scenes::random_stems(random, 324, 60, 60)) target.push_back(p);
+    CHECK(match_stems(source, target, {.horizontal = true}).outcome != outcome::registered);
+  }
+}
+
+TEST_CASE("jittered rows that overlap by half are registered rightly") {
+  for (std::uint64_t seed = 0; seed < 4; ++seed) {
+    random_source random(seed);
+    const positions rows = scenes::noisy(scenes::lattice(30, 20, 3), 0.12, random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    positions source, target;
+    for (const Eigen::Vector3d& p : rows) {
+      if (p.x() < 60) source.push_back(p);
+      if (p.x() > 30) target.push_back(truth * p);
+    }
+    source = scenes::noisy(source, 0.01, random);
+    const matching result = match_stems(source, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.03);
+  }
+}
+
+TEST_CASE("a plot and the forest around it match in either direction, by the same pairs") {
+  random_source random(3);
+  const positions forest = scenes::random_stems(random, 3000, 180, 180);
+  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  positions plot;
+  for (const Eigen::Vector3d& p : forest)
+    if ((p - Eigen::Vector3d(90, 90, 0)).head<2>().norm() < 12) plot.push_back(truth * p);
+  plot = scenes::noisy(plot, 0.01, random);
+  const matching there = match_stems(forest, plot), back = match_stems(plot, forest);
+  REQUIRE(there.target_from_source);
+  REQUIRE(back.target_from_source);
+  CHECK(scenes::largest_error(*there.target_from_source * *back.target_from_source,
+                              Eigen::Isometry3d::Identity(), plot) < 1e-9);
+  CHECK(scenes::largest_error(*there.target_from_source, truth, {{90, 90, 0}}) < 0.03);
+  CHECK(there.funnel.source_stems == forest.size());
+  CHECK(there.funnel.target_stems == plot.size());
+  REQUIRE(there.hypotheses.front().correspondences.size() == back.hypotheses.front().correspondences.size());
+  for (const correspondence& c : there.hypotheses.front().correspondences)
+    CHECK((truth * forest[c.source] - plot[c.target]).head<2>().norm() < 0.1);
+}
+
+TEST_CASE("large forests that have nothing in common are not registered") {
+  random_source random(4);
+  const positions source = scenes::random_stems(random, 20000, 470, 470);
+  const positions target = scenes::random_stems(random, 20000, 470, 470);
+  CHECK(match_stems(source, target).outcome == outcome::not_registered);
+}
+
+TEST_CASE("two stands far apart are matched as one") {
+  random_source random(5);
+  positions stems = scenes::random_stems(random, 300, 60, 60);
+  for (const Eigen::Vector3d& p : scenes::random_stems(random, 300, 60, 60))
+    stems.push_back(p + Eigen::Vector3d(100000, 100000, 0));
+  const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.5, {10, 20, 3});
+  const matching result = match_stems(stems, scenes::moved(truth, stems));
+  REQUIRE(result.target_from_source);
+  CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.001);
+}
+
+TEST_CASE("the returned hypotheses are distinct") {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    random_source random(seed);
+    const auto views = scenes::half_overlapping_views(random, 40);
+    const positions source = scenes::noisy(views.source, 0.1, random);
+    const matching result = match_stems(source, views.target);
+    CAPTURE(seed);
+    for (std::size_t i = 0; i < result.hypotheses.size(); ++i)
+      for (std::size_t j = i + 1; j < result.hypotheses.size(); ++j) {
+        const hypothesis &a = result.hypotheses[i], &b = result.hypotheses[j];
+        double sum = 0;
+        for (const hypothesis* h : {&a, &b})
+          for (const correspondence& c : h->correspondences)
+            sum += stem_distance(a.target_from_source * source[c.source],
+                                 b.target_from_source * source[c.source], true);
+        CHECK(sum > 2 * std::max(a.tolerance, b.tolerance) *
+                        double(a.correspondences.size() + b.correspondences.size()) * (1 - 1e-9));
+      }
+  }
+}
+
 TEST_CASE("match_stems calls a perfect lattice ambiguous") {
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
     INFO("seed " << seed);
@@ -329,6 +430,13 @@ TEST_CASE("a small plot is found in a prepared map, as by match_stems with the m
   CHECK(found == 10);
 }
 
+TEST_CASE("a map that was not prepared is named, as are heights that it lacks") {
+  const positions stems = {{0, 0, 0}, {1, 3, 0}, {5, 2, 0}, {4, 7, 0}};
+  CHECK_THROWS_WITH(match_stems(stems, prepared_map{}), Catch::Contains("prepare_map"));
+  const std::vector<Eigen::Vector2d> in_plan = {{0, 0}, {1, 3}, {5, 2}, {4, 7}};
+  CHECK_THROWS_WITH(prepare_map(in_plan, {.dof = degrees_of_freedom::six}), Catch::Contains("need heights"));
+}
+
 TEST_CASE("a map prepared for one kind of distances refuses the other") {
   random_source random(13);
   const positions stems = scenes::random_stems(random, 20, 20, 20);
@@ -352,13 +460,13 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
       target[i].z() += scenes::uniform(random, 0.4, 0.9);  // ground hidden
     const matching result = match_stems(stems, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(result.funnel.correspondences >= 36);
+    CHECK(result.funnel.correspondences >= 30);
     CHECK(result.funnel.correspondences == undisturbed.funnel.correspondences);
     CHECK(result.tolerance < 0.1);
     CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.03);
     const matching strict = match_stems(stems, target, {.vertical_tolerance = 0.3});
     REQUIRE(strict.outcome == outcome::registered);
-    CHECK(strict.funnel.correspondences >= 26);
+    CHECK(strict.funnel.correspondences >= 22);
     CHECK(strict.funnel.correspondences <= 30);
   }
 }

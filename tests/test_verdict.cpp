@@ -98,6 +98,19 @@ TEST_CASE("a rival that explains the stems half as well or better makes the best
   CHECK(judged(-20, 3) == outcome::registered);
 }
 
+TEST_CASE("what only rows explain is ambiguous, for their shifts explain it as well") {
+  const position_set stems = scattered(40);
+  const auto judged = [&](double alarms, double at_random) {
+    hypothesis best = pairing(20, alarms);
+    best.log10_false_alarms_at_random = at_random;
+    return verdict_on({best, pairing(15, 0)}, stems, stems);
+  };
+  CHECK(judged(0, -20).outcome == outcome::ambiguous);
+  CHECK(judged(0, -2.9).outcome == outcome::not_registered);
+  CHECK(judged(-4, -20).outcome == outcome::registered);
+  CHECK_THAT(judged(0, -20).reason, Catch::Contains("pairs 20 stems"));
+}
+
 TEST_CASE("stems in a line do not make a registration, however many") {
   for (const double offset : {0.0, 0.2}) {
     const position_set row = in_a_row(40, offset);

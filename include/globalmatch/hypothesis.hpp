@@ -38,7 +38,8 @@ struct hypothesis {
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   double tolerance = 0;  ///< [m] stems this near each other were paired
   double log10_false_alarms =
-      0;                      ///< motions that chance would make pair as many stems; see `significance.hpp`
+      0;  ///< motions that chance would make pair as many stems; see `significance.hpp`
+  double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
@@ -98,15 +99,19 @@ class map_pair {
         horizontal(ignore_heights),
         dof(freedom),
         vertical_tolerance(height_tolerance),
-        source_plan(from),
+        source_plan(std::make_shared<plan_index>(from)),
         target_plan(std::move(target_index)) {}
+
+  /// The same maps the other way round.
+  map_pair reversed() const {
+    return map_pair(target, source, target_plan, source_plan, horizontal, dof, vertical_tolerance);
+  }
 
   const position_set &source, &target;
   const bool horizontal;  ///< heights tell nothing but that of the motion; in 4-DoF only
   const degrees_of_freedom dof;
   const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
-  const plan_index source_plan;
-  const std::shared_ptr<const plan_index> target_plan;
+  const std::shared_ptr<const plan_index> source_plan, target_plan;
 
   /// Whether distances are those in plan.
   bool in_plan() const { return dof == degrees_of_freedom::four; }
@@ -135,7 +140,7 @@ class map_pair {
   template <class Visit>
   void for_each_source_within(const Eigen::Vector3d& center, double radius, const Visit& visit) const {
     if (std::isfinite(radius))
-      source_plan.for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
+      source_plan->for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
     else
       for (stem_index s = 0; s < source.size(); ++s) visit(s);
   }
@@ -193,6 +198,17 @@ class map_pair {
   }
 
  private:
+  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> from_index,
+           std::shared_ptr<const plan_index> onto_index, bool ignore_heights, degrees_of_freedom freedom,
+           double height_tolerance)
+      : source(from),
+        target(onto),
+        horizontal(ignore_heights),
+        dof(freedom),
+        vertical_tolerance(height_tolerance),
+        source_plan(std::move(from_index)),
+        target_plan(std::move(onto_index)) {}
+
   std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<const double> weights,
                                        std::span<Eigen::Vector3d> from, std::span<Eigen::Vector3d> to,
                                        std::span<double> rises) const {
@@ -311,15 +327,29 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypoth
   return false;
 }
 
-/// Adds a hypothesis to distinct ones; where it is another view of one of them the better of both stays.
+/// Adds a hypothesis to distinct ones; where it is another view of some of them the best of all stays.
 inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses, const map_pair& maps) {
-  const auto twin = std::find_if(hypotheses.begin(), hypotheses.end(), [&](const hypothesis& other) {
+  const auto is_twin = [&](const hypothesis& other) {
     return !differ(h, other, maps, 2 * std::max(h.tolerance, other.tolerance));
-  });
-  if (twin == hypotheses.end())
-    hypotheses.push_back(std::move(h));
-  else if (ranks_before(h, *twin))
-    *twin = std::move(h);
+  };
+  std::vector<hypothesis> others;
+  others.reserve(hypotheses.size() + 1);
+  for (hypothesis& other : hypotheses) {
+    if (!is_twin(other))
+      others.push_back(std::move(other));
+    else if (!ranks_before(h, other))
+      h = std::move(other);
+  }
+  others.push_back(std::move(h));
+  hypotheses = std::move(others);
+}
+
+/// The hypothesis seen from the other map.
+inline hypothesis reversed(hypothesis h) {
+  h.target_from_source = h.target_from_source.inverse();
+  for (correspondence& c : h.correspondences) std::swap(c.source, c.target);
+  std::sort(h.correspondences.begin(), h.correspondences.end());
+  return h;
 }
 
 }  // namespace globalmatch

@@ -45,8 +45,8 @@ struct indexed_matching_options {
   std::size_t most_tried =
       400;              ///< motions that are tried for each source stem, those of most triangles first (ours)
   double enough = -10;  ///< log10 of false alarms at which no further tolerance is tried (ours)
-  std::size_t most_queries = 20000;          ///< source triangles looked up (ours)
-  std::size_t most_candidates = 20'000'000;  ///< motions tried (ours)
+  std::size_t most_queries = 20000;         ///< source triangles looked up (ours)
+  std::size_t most_candidates = 5'000'000;  ///< target triangles found alike, in all (ours)
   std::size_t stems_for_rivals = 5;  ///< whose triangles are looked up at least, though one is found (ours)
   std::size_t most_hypotheses = 16;  ///< distinct ones that are remembered and returned (ours)
   std::uint64_t seed = 1;            ///< of the order of queries
@@ -60,6 +60,7 @@ inline void require_valid(const indexed_matching_options& options) {
   require(options.target_neighbors >= 2, "indexed.target_neighbors must be at least 2");
   require(options.source_neighbors >= 2, "indexed.source_neighbors must be at least 2");
   require(options.neighbors_of_few >= 2, "indexed.neighbors_of_few must be at least 2");
+  require(!std::isnan(options.enough), "indexed.enough must be a number");
   require(options.most_hypotheses >= 2, "indexed.most_hypotheses must be at least 2");
   require(options.enough_stems >= 1, "indexed.enough_stems must be at least 1");
   require(options.most_tried >= 1, "indexed.most_tried must be at least 1");
@@ -121,7 +122,8 @@ class ballot {
   void reset(double yaw_width) {
     votes_.clear();
     triangles_.clear();
-    yaws_ = std::max(1.0, std::floor(2 * std::numbers::pi / yaw_width));
+    constexpr double most = 1e6;  // finer ones tell nothing
+    yaws_ = std::clamp(std::floor(2 * std::numbers::pi / yaw_width), 1.0, most);
   }
 
   /// The votes that follow are for this triangle, which has source stem `i` among its corners.
@@ -200,24 +202,27 @@ inline namespace GLOBALMATCH_THREADING {
 /// Looks triangles of a source map up in those of a target map, stem after stem.
 class triangle_search {
  public:
+  /// `most_candidates` are looked at, in whatever memory they take.
   triangle_search(const map_pair& maps, const triangle_index& index, double tolerance,
-                  const indexed_matching_options& options, bool patient)
+                  const indexed_matching_options& options, bool patient, std::size_t most_candidates)
       : maps_(maps),
         index_(index),
         tolerance_(tolerance),
         options_(options),
+        most_candidates_(most_candidates),
         corners_(std::size_t(patient ? options.neighbors_of_few : options.source_neighbors)),
         trial_(maps, tolerance, patient),
         votes_(maps) {}
 
   std::size_t queries() const { return queries_; }
   std::size_t candidates() const { return candidates_; }
+  bool is_exhausted() const { return candidates_ >= most_candidates_; }
   std::size_t tested() const { return tested_; }
 
   /// Motions of triangles with source stem `i` that no hypothesis explains, those that lay most of the stems
   /// around on stems first.
   std::vector<trial> motions_around(stem_index i, std::span<const hypothesis> known) {
-    maps_.source_plan.nearest(i, std::size_t(options_.tried_neighbors), nearest_);
+    maps_.source_plan->nearest(i, std::size_t(options_.tried_neighbors), nearest_);
     around_.clear();
     for (const auto& n : nearest_) around_.push_back(n.index);
     std::vector<trial> trials;
@@ -247,8 +252,9 @@ class triangle_search {
     for (std::size_t j = 0; j < corners; ++j)
       for (std::size_t k = j + 1; k < corners; ++k) {
         const triangle t = make_triangle(maps_.source, {i, around_[j], around_[k]}, maps_.in_plan());
-        if (t.plan_height < flattest) continue;
         ++queries_;
+        if (t.plan_height < flattest) continue;
+        if (candidates_ >= most_candidates_) return;
         for_each_admissible_order(t, tolerance_, [&](const triangle& ordered) {
           votes_.ask(ordered, i);
           index_.for_each_like(ordered, tolerance_, [&](const std::array<stem_index, 3>& like) {
@@ -263,7 +269,7 @@ class triangle_search {
   const triangle_index& index_;
   double tolerance_;
   const indexed_matching_options& options_;
-  std::size_t corners_;
+  std::size_t most_candidates_, corners_;
   motion_trial trial_;
   ballot votes_;
   std::size_t queries_ = 0, candidates_ = 0, tested_ = 0;
@@ -285,13 +291,15 @@ inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triang
                                               const indexed_matching_options& options, bool patient,
                                               matching_funnel& funnel, const execution& how = {}) {
   const std::size_t best_of_query = patient ? 8 : 2;  // verified over all stems
-  detail::triangle_search search(maps, index, tolerance, options, patient);
+  detail::triangle_search search(
+      maps, index, tolerance, options, patient,
+      options.most_candidates - std::min(options.most_candidates, funnel.local_pairs));
   std::vector<hypothesis> hypotheses;
   std::size_t stems = 0;
   bool found = false;
   for (const stem_index i : detail::shuffled_stems(maps.source.size(), options.seed)) {
     if (found && stems >= options.stems_for_rivals) break;
-    if (search.queries() >= options.most_queries || search.candidates() >= options.most_candidates) break;
+    if (search.queries() >= options.most_queries || search.is_exhausted()) break;
     report_progress(how, "matching", double(search.queries()) / double(options.most_queries));
     ++stems;
     std::size_t verified = 0;

@@ -35,20 +35,29 @@ inline double middle_extent(const position_set& stems, int axis) {
   return *high - lowest;
 }
 
-/// Immutable index over the plan positions of a map. Built in O(n).
+/// Immutable index over the plan positions of a map. Built in O(n), for stands of any shape; queries look at
+/// all stems of a pile within centimetres.
 class plan_index {
  public:
   plan_index() = default;
 
-  explicit plan_index(const position_set& stems) : spacing_(typical_spacing(stems)) {
-    grid_ = wrapped_grid<double, 2>(stems.size(), spacing_, [&](std::size_t i) {
-      return std::array{stems.at[i].x(), stems.at[i].y()};
-    });
+  explicit plan_index(const position_set& stems) {
+    constexpr double crowded = 8, least = 0.1;  // [m]
+    // Where stems stand in corridors, or in stands far apart, the map's extent tells nothing of their
+    // spacing.
+    for (spacing_ = typical_spacing(stems);; spacing_ = std::max(least, spacing_ / 2)) {
+      grid_ = wrapped_grid<double, 2>(stems.size(), spacing_, [&](std::size_t i) {
+        return std::array{stems.at[i].x(), stems.at[i].y()};
+      });
+      if (spacing_ <= least || grid_.crowding() < crowded) break;
+    }
     at_.reserve(stems.size());
     for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
   }
 
   std::size_t size() const { return at_.size(); }
+  /// [m] in plan
+  const Eigen::Vector2d& at(stem_index i) const { return at_[i]; }
   /// Distance [m] of stems on a square grid of equal density.
   double spacing() const { return spacing_; }
 

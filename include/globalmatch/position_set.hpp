@@ -7,6 +7,7 @@
 #include <cmath>
 #include <compare>
 #include <cstddef>
+#include <iterator>
 #include <ranges>
 #include <stdexcept>
 #include <string>
@@ -15,6 +16,7 @@
 
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
+#include "globalmatch/statistics.hpp"
 
 namespace globalmatch {
 
@@ -24,11 +26,27 @@ struct position_set {
   local_frame frame;                 ///< its origin is the first position
   std::vector<Eigen::Vector3d> at;   ///< [m] levelled local frame
   std::vector<stem_index> original;  ///< index of each in the caller's range
-  std::vector<double> sigma;  ///< [m] standard deviation of each; empty when the caller's type has none
-  bool has_heights = true;    ///< false: positions in plan, all heights are 0
+  std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
+  bool has_heights = true;           ///< false: positions in plan, all heights are 0
 
   std::size_t size() const { return at.size(); }
 };
+
+namespace detail {
+
+/// Where some standard deviations are 0, which stands for unknown, they become the median of the others;
+/// where all are, none is known.
+inline void replace_unknown(std::vector<double>& sigma) {
+  std::vector<double> known;
+  std::copy_if(sigma.begin(), sigma.end(), std::back_inserter(known), [](double s) { return s > 0; });
+  if (known.empty()) {
+    sigma.clear();
+    return;
+  }
+  std::replace(sigma.begin(), sigma.end(), 0.0, median(known));
+}
+
+}  // namespace detail
 
 /// Reads the caller's positions, and how uncertain they are where their type says so (`point_traits`). `name`
 /// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite, or a
@@ -40,25 +58,25 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   const Eigen::Matrix3d levelling = levelling_rotation(up);
   if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
   struct entry {
-    double x, y, z;
+    double x, y, z, sigma;
     stem_index original;
     auto operator<=>(const entry&) const = default;
   };
   constexpr bool has_sigma = has_position_sigma<std::ranges::range_value_t<R>>;
-  std::vector<double> sigma;  // of the given ones
   std::vector<entry> given;
   for (const auto& position : positions) {
     const Eigen::Vector3d p = xyz(position);
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
+    double sigma = 0;
     if constexpr (has_sigma) {
-      sigma.push_back(double(point_traits<std::ranges::range_value_t<R>>::position_sigma(position)));
-      if (!(sigma.back() >= 0 && std::isfinite(sigma.back())))
+      sigma = double(point_traits<std::ranges::range_value_t<R>>::position_sigma(position));
+      if (!(sigma >= 0 && std::isfinite(sigma)))
         throw std::invalid_argument(std::string(name) + ": position_sigma " + std::to_string(given.size()) +
                                     " is negative or not finite; 0 stands for unknown");
     }
-    given.push_back({p.x(), p.y(), p.z(), static_cast<stem_index>(given.size())});
+    given.push_back({p.x(), p.y(), p.z(), sigma, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
   set.at.reserve(given.size());
@@ -67,8 +85,9 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   for (const entry& e : given) {
     set.at.push_back(set.frame.to_local({e.x, e.y, e.z}));
     set.original.push_back(e.original);
-    if constexpr (has_sigma) set.sigma.push_back(sigma[e.original]);
+    if constexpr (has_sigma) set.sigma.push_back(e.sigma);
   }
+  detail::replace_unknown(set.sigma);
   return set;
 }
 

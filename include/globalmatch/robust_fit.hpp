@@ -39,8 +39,10 @@ inline double unknown_variance(const map_pair& maps, const hypothesis& h) {
     known.push_back(known_variance(maps, c));
   }
   const double fitted = double(coordinates) / double(coordinates - std::min(coordinates - 1, unknowns));
-  constexpr double least = 1e-6;  // [m] keeps the weights of perfect maps finite
-  return std::max(least * least, fitted * median(squares) / median_of_chi_squared - median(known));
+  // No pair is much more certain than all of them look, and the weights of perfect maps are finite.
+  constexpr double least_share = 0.1, least = 1e-6;  // [m]
+  const double observed = fitted * median(squares) / median_of_chi_squared;
+  return std::max({least * least, least_share * observed, observed - median(known)});
 }
 
 /// Of each pair: the inverse of its variance, less the further it is off, 0 for one that cannot belong to the

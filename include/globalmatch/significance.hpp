@@ -27,10 +27,18 @@ namespace globalmatch {
 /// What chance can do between two maps. Refers to them.
 class chance {
  public:
-  /// What is asked at `tolerances` [m] is computed once. `target_stand` is that of the target stems.
-  chance(const map_pair& maps, std::shared_ptr<const stand> target_stand, std::span<const double> tolerances)
-      : maps_(maps), target_(std::move(target_stand)), source_extent_(extent(maps.source)) {
-    for (const double tolerance : tolerances) known_.push_back({tolerance, target_->of_meeting(tolerance)});
+  /// `tolerances` [m] are those that stems may be paired at. What is asked at them, and at `others`, is
+  /// computed once. `target_stand` is that of the target stems.
+  chance(const map_pair& maps, std::shared_ptr<const stand> target_stand, std::span<const double> tolerances,
+         std::span<const double> others = {})
+      : maps_(maps),
+        target_(std::move(target_stand)),
+        source_extent_(extent(maps.source)),
+        tolerances_(std::max<std::size_t>(1, tolerances.size())) {
+    for (const auto& asked : {tolerances, others})
+      for (const double tolerance : asked)
+        known_.push_back(
+            {tolerance, target_->of_meeting(tolerance), target_->of_meeting_at_random(tolerance)});
   }
 
   /// The same when nothing is known of the target. Cost: linear in the stems.
@@ -38,32 +46,28 @@ class chance {
       : chance(maps, std::make_shared<stand>(maps.target, maps.target_plan), tolerances) {}
 
   /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance.
-  double of_meeting(double tolerance) const {
-    for (const auto& [known_tolerance, p] : known_)
-      if (known_tolerance == tolerance) return p;
-    return target_->of_meeting(tolerance);
-  }
+  double of_meeting(double tolerance) const { return at(tolerance).of_meeting; }
 
   /// What a motion makes of source stems.
   struct landing {
     double expected = 0;          ///< stems laid where target stems stand around
     std::vector<double> misfits;  ///< [m] from the nearest target stem, increasing, where one is near
-    double weight = 1;            ///< stems that each of these stands for
     double raised = 0;            ///< [m] by how much the motion was raised
     double matched(double tolerance) const {
-      return weight * double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
+      return double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
     }
   };
 
-  /// Lays source stems, of large maps some thousands from all over, and looks for target stems within `reach`
-  /// [m] of them. In 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m];
-  /// a target stem of another height may then hide one behind it, which makes what is matched a lower bound.
+  /// Lays source stems, some thousands from all over where both maps are large, and looks for target stems
+  /// within `reach` [m] of them: a sample is evidence enough, as long as it counts as no more than it is. In
+  /// 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m]; a target stem
+  /// of another height may then hide one behind it, which makes what is matched a lower bound.
   landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
     constexpr std::size_t most_laid = 8192;
-    const std::size_t step = (maps_.source.size() + most_laid - 1) / most_laid;
+    const std::size_t smaller = std::min(maps_.source.size(), maps_.target.size());
+    const std::size_t step = std::max<std::size_t>(1, (smaller + most_laid - 1) / most_laid);
     std::vector<meeting> meetings;
     landing result;
-    result.weight = double(step);
     for (std::size_t s = 0; s < maps_.source.size(); s += step) {
       const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
       meeting nearest{reach, 0};
@@ -72,7 +76,7 @@ class chance {
         const double misfit = stem_distance(laid, at, maps_.in_plan());
         if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
       });
-      if (target_->surrounds(laid)) result.expected += result.weight;
+      if (target_->surrounds(laid)) ++result.expected;
       if (nearest.misfit < reach) meetings.push_back(nearest);
     }
     if (maps_.heights_tell()) result.raised = leave_agreeing(meetings, tolerance);
@@ -86,7 +90,8 @@ class chance {
   bool explains_around(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& center,
                        double radius, double tolerance) const {
     constexpr double few = 100, many = 1000, hardly = 1e-3;
-    const double stems = std::numbers::pi * std::pow(radius / maps_.source_plan.spacing(), 2);
+    const double stems = std::min(double(maps_.source.size()),
+                                  std::numbers::pi * std::pow(radius / maps_.source_plan->spacing(), 2));
     const auto step = std::max<std::size_t>(1, std::size_t(stems / many));  // some tell enough of many
     double laid_among = 0, met = 0;
     std::size_t passed = 0;
@@ -107,15 +112,38 @@ class chance {
   /// probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3), who count alike.
   /// Below 0 chance is an unlikely explanation.
   double log10_false_alarms(double matched, double expected, double tolerance) const {
-    const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
-    const double tail =
-        matched > fixing
-            ? log_binomial_tail(matched - fixing, std::max(expected, matched) - fixing, of_meeting(tolerance))
-            : 0;
-    return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
+    return log10_false_alarms(matched, expected, tolerance, at(tolerance).of_meeting);
+  }
+
+  /// Judges a hypothesis, of which `landed` is what its motion makes of the stems, at its tolerance.
+  void judge(hypothesis& h, const landing& landed) const {
+    const double matched = landed.matched(h.tolerance);
+    const chances p = at(h.tolerance);
+    h.log10_false_alarms = log10_false_alarms(matched, landed.expected, h.tolerance, p.of_meeting);
+    h.log10_false_alarms_at_random =
+        log10_false_alarms(matched, landed.expected, h.tolerance, p.of_meeting_at_random);
   }
 
  private:
+  /// What is known of a tolerance [m].
+  struct chances {
+    double tolerance, of_meeting, of_meeting_at_random;
+  };
+
+  chances at(double tolerance) const {
+    for (const chances& known : known_)
+      if (known.tolerance == tolerance) return known;
+    return {tolerance, target_->of_meeting(tolerance), target_->of_meeting_at_random(tolerance)};
+  }
+
+  double log10_false_alarms(double matched, double expected, double tolerance, double of_meeting) const {
+    const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
+    const double tail = matched > fixing ? log_binomial_tail(matched - fixing,
+                                                             std::max(expected, matched) - fixing, of_meeting)
+                                         : 0;
+    return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
+  }
+
   /// A laid source stem and the target stem nearest to it.
   struct meeting {
     double misfit, rise;  // [m]
@@ -143,13 +171,14 @@ class chance {
     const double as_far = radius > 0 ? std::min(targets, 4 * apart * tolerance / (radius * radius)) : targets;
     const double by_two = targets * as_far * sources * sources / 2;
     const double by_all = maps_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
-    return std::max(1.0, by_all) * double(std::max<std::size_t>(known_.size(), 1));
+    return std::max(1.0, by_all) * double(tolerances_);
   }
 
   const map_pair& maps_;
   std::shared_ptr<const stand> target_;
-  double source_extent_ = 0;                      // [m]
-  std::vector<std::pair<double, double>> known_;  // tolerances, and the chance of meeting at each
+  double source_extent_ = 0;    // [m]
+  std::size_t tolerances_ = 1;  // that stems may be paired at
+  std::vector<chances> known_;
 };
 
 /// Judges a hypothesis against chance, and pairs and fits it anew at the tolerance [m] among `tolerances`,
@@ -171,6 +200,7 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
         h.tolerance = tolerance;
       }
     }
+    by_chance.judge(h, landing);
     const auto pairs = maps.pair_stems(h.target_from_source, h.tolerance);
     const auto motion = maps.fit(pairs);
     if (!motion) break;

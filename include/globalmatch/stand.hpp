@@ -60,18 +60,33 @@ class stand {
     return std::max(of_meeting_at_random(tolerance), of_meeting_along_lattice(tolerance));
   }
 
-  /// Whether stems stand around a place.
-  bool surrounds(const Eigen::Vector3d& place) const {
-    constexpr double radii = 3;  // a circle of so many stem radii holds nine stems
-    return plan_->any_within(place.x(), place.y(), radii * stem_radius_);
-  }
-
- private:
+  /// The same if stems stood at random, not in rows.
   double of_meeting_at_random(double tolerance) const {
     double sum = 0;
     for (const double density : densities_)
       sum += -std::expm1(-density * std::numbers::pi * tolerance * tolerance);
-    return sum / double(densities_.size());
+    return densities_.empty() ? 1 : sum / double(densities_.size());
+  }
+
+  /// Whether stems stand around a place.
+  bool surrounds(const Eigen::Vector3d& place) const {
+    return plan_->any_within(place.x(), place.y(), around * stem_radius_);
+  }
+
+ private:
+  static constexpr double around = 3;  // stem radii: a circle that holds nine stems
+
+  /// Whether stems stand on all sides of a place: their mean is near it. Half a circle has its own at 0.42
+  /// radii.
+  bool encloses(const Eigen::Vector3d& place) const {
+    constexpr double farthest_off = 0.35;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    double count = 0;
+    plan_->for_each_within(place.x(), place.y(), around * stem_radius_, [&](stem_index j, double) {
+      sum += plan_->at(j) - place.head<2>();
+      ++count;
+    });
+    return count > 0 && sum.norm() < farthest_off * around * stem_radius_ * count;
   }
 
   /// Probability of meeting by chance along the lattice; 0 where the map has none. Of stems met within a
@@ -82,7 +97,7 @@ class stand {
     // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that
     // lays two lattices on each other is better by the root of two.
     const double wider = std::numbers::sqrt2 * tolerance;
-    double p = 0;
+    double p = lattice_.empty() ? 0 : share_within(wider);
     for (const auto& [reach, share] : lattice_)
       p = std::max(p, share * std::min(1.0, std::pow(wider / reach, 2)));
     return p;
@@ -93,21 +108,24 @@ class stand {
   void find_lattice(const position_set& stems) {
     constexpr double least = 0.03, hardly = 1e-6;  // [m]; chance of what random stems do not do
     constexpr int reaches = 12;
-    double tries = 0;
-    const std::vector<double> misfits =
-        misfits_on_itself(stems, least * std::pow(2, 0.5 * (reaches - 1)), tries);
+    misfits_ = misfits_on_itself(stems, least * std::pow(2, 0.5 * (reaches - 1)), tries_);
     for (int i = 0; i < reaches; ++i) {
-      const double reach = least * std::pow(2, 0.5 * i);
-      const auto met = double(std::lower_bound(misfits.begin(), misfits.end(), reach) - misfits.begin());
-      if (met > 0 && log_binomial_tail(met, tries, of_meeting_at_random(reach)) < std::log(hardly))
-        lattice_.push_back({reach, met / tries});
+      const double reach = least * std::pow(2, 0.5 * i), met = share_within(reach) * tries_;
+      if (met > 0 && log_binomial_tail(met, tries_, of_meeting_at_random(reach)) < std::log(hardly))
+        lattice_.push_back({reach, met / tries_});
     }
   }
 
+  /// Of the stems that were shifted onto the map itself those that met another within `reach` [m].
+  double share_within(double reach) const {
+    const auto met = std::lower_bound(misfits_.begin(), misfits_.end(), reach) - misfits_.begin();
+    return tries_ > 0 ? double(met) / tries_ : 0;
+  }
+
   /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the number
-  /// of stems that were laid where others stand around.
+  /// of stems that were laid within the stand: what a shift lays beyond its border tells nothing.
   std::vector<double> misfits_on_itself(const position_set& stems, double reach, double& tries) const {
-    constexpr std::size_t origins = 8, shifts = 4, most_stems = 128;
+    constexpr std::size_t origins = 8, shifts = 4, most_stems = 64;
     const std::vector<Eigen::Vector3d>& at = stems.at;
     std::vector<double> misfits;
     if (at.size() < origins) return misfits;
@@ -124,8 +142,9 @@ class stand {
           plan_->for_each_within(laid.x(), laid.y(), reach, [&](stem_index j, double squared) {
             if (j != i) least = std::min(least, squared);
           });
+          if (!encloses(laid)) continue;
           if (least < reach * reach) misfits.push_back(std::sqrt(least));
-          if (least < reach * reach || surrounds(laid)) ++tries;
+          ++tries;
         }
       }
     }
@@ -136,6 +155,8 @@ class stand {
   std::shared_ptr<const plan_index> plan_;
   double extent_ = 0, stem_radius_ = 0;  // [m]
   std::vector<double> densities_;        // [1 / m^2] around some of the stems
+  std::vector<double> misfits_;          // [m] of the map on itself, increasing
+  double tries_ = 0;                     // stems that were laid for them
   std::vector<std::pair<double, double>>
       lattice_;  // [m] reaches, and shares of shifted stems that meet within
 };

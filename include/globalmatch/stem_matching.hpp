@@ -6,6 +6,8 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <optional>
@@ -19,6 +21,7 @@
 #include "globalmatch/global_matching.hpp"
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/indexed_matching.hpp"
+#include "globalmatch/lattice_rivals.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
@@ -58,8 +61,8 @@ struct matching_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const matching_options& options) {
-  if (options.tolerance && !(*options.tolerance > 0))
-    throw std::invalid_argument("tolerance must be positive");
+  if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
+    throw std::invalid_argument("tolerance must be positive and finite");
   if (!(options.vertical_tolerance > 0)) throw std::invalid_argument("vertical_tolerance must be positive");
   if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
     throw std::invalid_argument("dof must be four or six");
@@ -115,9 +118,9 @@ namespace detail {
 
 /// Tolerances [m] that hypotheses are proposed at, and those that they may be paired at in the end: scans of
 /// one instrument agree to centimetres, mobile lidar to decimetres, field surveys to half a metre.
-inline const std::vector<double> proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
-inline const std::vector<double> pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
-                                                       0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
+inline constexpr std::array proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
+inline constexpr std::array pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
+                                                  0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
 inline namespace GLOBALMATCH_THREADING {
 
@@ -189,14 +192,34 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
   return hypotheses;
 }
 
+/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it.
+inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
+                                      const chance& by_chance, std::size_t most) {
+  if (proposed.empty()) return {};
+  hypothesis best = std::move(proposed.front());
+  fit_robustly(best, maps);
+  by_chance.judge(best, by_chance.lay(best.target_from_source, best.tolerance, best.tolerance));
+  // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
+  const double tolerance = best.tolerance;
+  std::vector<hypothesis> settled, rivals = lattice_rivals(best, maps);
+  std::move(proposed.begin() + 1, proposed.end(), std::back_inserter(rivals));
+  settled.push_back(std::move(best));
+  for (hypothesis& rival : rivals) {
+    weigh(rival, maps, by_chance, std::span(&tolerance, 1));
+    add_distinct(std::move(rival), settled, maps);
+  }
+  keep_best(settled, most);
+  return settled;
+}
+
 /// Ranked hypotheses, weighed against chance.
 inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
                                        const matching_options& options, matching_funnel& funnel,
                                        const execution& how) {
-  const auto given = options.tolerance ? std::vector{*options.tolerance} : std::vector<double>{};
-  const auto& proposing = given.empty() ? proposal_tolerances : given;
-  const auto& pairing = given.empty() ? pairing_tolerances : given;
-  const chance by_chance(maps, target.background, pairing);
+  using tolerances = std::span<const double>;
+  const tolerances proposing = options.tolerance ? tolerances(&*options.tolerance, 1) : proposal_tolerances;
+  const tolerances pairing = options.tolerance ? proposing : pairing_tolerances;
+  const chance by_chance(maps, target.background, pairing, proposing);
   std::vector<hypothesis> hypotheses;
   if (options.proposal == proposal::triangle_index) {
     hypotheses = propose_by_index(maps, target, by_chance, proposing, pairing, options.indexed, funnel, how);
@@ -210,18 +233,16 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
   }
-  // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
-  for (std::size_t i = 1; i < hypotheses.size(); ++i)
-    weigh(hypotheses[i], maps, by_chance, std::span(&hypotheses.front().tolerance, 1));
-  rank(hypotheses);
-  if (!hypotheses.empty()) fit_robustly(hypotheses.front(), maps);
-  return hypotheses;
+  return settle(std::move(hypotheses), maps, by_chance, options.indexed.most_hypotheses);
 }
 
-/// Matches positions against a prepared map; their frames may be levelled by different ups.
+/// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
+/// prepared map is the caller's source.
 inline matching match_prepared(const position_set& source, const prepared_map& target,
-                               const matching_options& options, const execution& how) {
+                               const matching_options& options, const execution& how, bool swapped = false) {
   require_valid(options);
+  require_valid(how);
+  if (!target.plan) throw std::invalid_argument("target: the map was not prepared; prepare_map does that");
   if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   matching result;
@@ -235,10 +256,16 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
   result.hypotheses = propose(maps, target, options, result.funnel, how);
-  const verdict judged = judge(result.hypotheses, maps, options.verdict);
+  if (swapped) {
+    for (hypothesis& h : result.hypotheses) h = reversed(std::move(h));
+    std::swap(result.funnel.source_stems, result.funnel.target_stems);
+    std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
+  }
+  const verdict judged = judge(result.hypotheses, swapped ? maps.reversed() : maps, options.verdict);
   result.outcome = judged.outcome;
   result.reason = judged.reason;
-  for (hypothesis& h : result.hypotheses) in_caller_frames(h, source, target.stems);
+  for (hypothesis& h : result.hypotheses)
+    swapped ? in_caller_frames(h, target.stems, source) : in_caller_frames(h, source, target.stems);
   if (!result.hypotheses.empty()) {
     const hypothesis& best = result.hypotheses.front();
     result.tolerance = best.tolerance;
@@ -257,17 +284,18 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
 inline namespace GLOBALMATCH_THREADING {
 
 /// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions that
-/// are already behind the border.
-inline matching match_positions(const position_set& source, position_set target,
+/// are already behind the border, but throws `operation_cancelled`. The larger map is indexed, the smaller
+/// one asks.
+inline matching match_positions(position_set source, position_set target,
                                 const matching_options& options = {}, const execution& how = {}) {
   require_valid(options);
-  if (options.proposal == proposal::triangle_index) {
-    const bool in_plan = options.dof == degrees_of_freedom::four;
-    return detail::match_prepared(
-        source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how, source.size()),
-        options, how);
-  }
-  return detail::match_prepared(source, detail::without_triangles(std::move(target), true), options, how);
+  if (options.proposal == proposal::algorithm_1)
+    return detail::match_prepared(source, detail::without_triangles(std::move(target), true), options, how);
+  const bool in_plan = options.dof == degrees_of_freedom::four, swapped = source.size() > target.size();
+  if (swapped) std::swap(source, target);
+  return detail::match_prepared(
+      source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how, source.size()),
+      options, how, swapped);
 }
 
 /// Prepares a map that many others are matched against, with heights or without. Positions as in
@@ -279,11 +307,13 @@ prepared_map prepare_map(const R& stems, const matching_options& options = {},
   require_valid(options);
   position_set set = import_positions(stems, up, "stems");
   const bool in_plan = options.dof == degrees_of_freedom::four;
+  if (!in_plan && !set.has_heights)
+    throw std::invalid_argument("dof: six degrees of freedom need heights in the map");
   return detail::prepare_positions(std::move(set), in_plan, options.indexed, how);
 }
 
-/// Matches positions against a prepared map. Throws `std::invalid_argument` also when its index was prepared
-/// for other degrees of freedom.
+/// Matches positions against a prepared map, the larger one of both: triangles of the source are looked up in
+/// it. Throws `std::invalid_argument` also when it was prepared for other degrees of freedom, or not at all.
 template <position_range Source>
 matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},
                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {

@@ -48,6 +48,7 @@ class triangle_index {
   /// Every `step`th stem makes triangles, with `neighbors` nearest stems.
   triangle_index(const position_set& stems, const plan_index& plan, bool horizontal, std::size_t neighbors,
                  const execution& how = {}, std::size_t step = 1) {
+    step = std::max<std::size_t>(step, 1);
     const auto nearest = nearest_stems(plan, neighbors, how, step);
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;

@@ -164,8 +164,9 @@ inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& map
   const double alarms = hypotheses.front().log10_false_alarms;
   const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
   const bool by_chance = alarms > std::log10(options.most_false_alarms);
-  // Rows explain every shift along themselves: most stems are paired, and that tells nothing.
-  const bool rival_in_rows = by_chance && 2 * second >= std::min(source.size(), target.size());
+  // Rows explain every shift along themselves: so many stems are paired, and that tells nothing.
+  const bool rival_in_rows =
+      by_chance && hypotheses.front().log10_false_alarms_at_random <= std::log10(options.most_false_alarms);
   const bool rival = second > 0 && hypotheses[1].log10_false_alarms <= options.rival_share * alarms;
   if (rival_in_rows || (!by_chance && rival))
     return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +

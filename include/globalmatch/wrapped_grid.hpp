@@ -45,6 +45,13 @@ class wrapped_grid {
   }
 
   std::size_t size() const { return items_.size(); }
+  /// Points in the cell of a point, on average over the points: few where the width of cells suits them.
+  double crowding() const {
+    double squares = 0;
+    for (std::size_t b = 0; b + 1 < first_.size(); ++b)
+      squares += std::pow(double(first_[b + 1] - first_[b]), 2);
+    return items_.empty() ? 0 : squares / double(items_.size());
+  }
 
   /// Calls `visit(item)` for the points within `reach` of `center` in every coordinate, each once; the order
   /// depends on the points alone.
