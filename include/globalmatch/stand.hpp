@@ -76,19 +76,6 @@ class stand {
  private:
   static constexpr double around = 3;  // stem radii: a circle that holds nine stems
 
-  /// Whether stems stand on all sides of a place: their mean is near it. Half a circle has its own at 0.42
-  /// radii.
-  bool encloses(const Eigen::Vector3d& place) const {
-    constexpr double farthest_off = 0.35;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    double count = 0;
-    plan_->for_each_within(place.x(), place.y(), around * stem_radius_, [&](stem_index j, double) {
-      sum += plan_->at(j) - place.head<2>();
-      ++count;
-    });
-    return count > 0 && sum.norm() < farthest_off * around * stem_radius_ * count;
-  }
-
   /// Probability of meeting by chance along the lattice; 0 where the map has none. Of stems met within a
   /// wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked at, and
   /// what they do not show at centimetres they may show at decimetres. What is met within a narrower reach is
@@ -137,19 +124,34 @@ class stand {
         const Eigen::Vector3d shift = at[n.index] - at[o];
         for (std::size_t i = 0; i < at.size(); i += step) {
           if (i == o) continue;  // laid on the stem that the shift was taken from
-          const Eigen::Vector3d laid = at[i] + shift;
-          double least = reach * reach;
-          plan_->for_each_within(laid.x(), laid.y(), reach, [&](stem_index j, double squared) {
-            if (j != i) least = std::min(least, squared);
-          });
-          if (!encloses(laid)) continue;
-          if (least < reach * reach) misfits.push_back(std::sqrt(least));
+          const surroundings laid = surroundings_of(at[i] + shift, stem_index(i), reach);
+          if (!laid.on_all_sides) continue;
+          if (laid.nearest < reach) misfits.push_back(laid.nearest);
           ++tries;
         }
       }
     }
     std::sort(misfits.begin(), misfits.end());
     return misfits;
+  }
+
+  struct surroundings {
+    double nearest;     ///< [m] to the nearest stem, or out of reach
+    bool on_all_sides;  ///< stems stand: their mean is near the place. Half a circle has it at 0.42 radii.
+  };
+
+  /// How stems stand around a place; stem `itself` is not met there.
+  surroundings surroundings_of(const Eigen::Vector3d& place, stem_index itself, double reach) const {
+    constexpr double farthest_off = 0.35;
+    const double radius = std::max(reach, around * stem_radius_);
+    double nearest = radius * radius, count = 0;
+    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    plan_->for_each_within(place.x(), place.y(), radius, [&](stem_index j, double squared) {
+      if (j != itself) nearest = std::min(nearest, squared);
+      sum += plan_->at(j) - place.head<2>();
+      ++count;
+    });
+    return {std::sqrt(nearest), count > 0 && sum.norm() < farthest_off * radius * count};
   }
 
   std::shared_ptr<const plan_index> plan_;

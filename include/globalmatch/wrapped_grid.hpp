@@ -71,12 +71,25 @@ class wrapped_grid {
       low[d] = cell_index(center[d] - reach);
       high[d] = std::min(cell_index(center[d] + reach), low[d] + (std::int64_t(1) << bits_) - 1);
     }
+    const std::int64_t mask = (std::int64_t(1) << bits_) - 1;
+    const auto in_buckets = [&](std::uint32_t first, std::uint32_t last) {
+      for (std::uint32_t k = first_[first]; k < first_[last + 1]; ++k)
+        if (is_near(items_[k].at, center, reach) && holds(items_[k])) return true;
+      return false;
+    };
     std::array<std::int64_t, Dimension> c = low;
     while (true) {
-      const std::uint32_t b = bucket(c);
-      for (std::uint32_t k = first_[b]; k < first_[b + 1]; ++k)
-        if (is_near(items_[k].at, center, reach) && holds(items_[k])) return true;
-      std::size_t d = 0;
+      c[0] = low[0];
+      const std::uint32_t begin = bucket(c);
+      c[0] = high[0];
+      const std::uint32_t end = bucket(c);
+      if (begin <= end) {
+        if (in_buckets(begin, end)) return true;
+      } else {  // the row of cells wraps around
+        if (in_buckets(begin, begin | static_cast<std::uint32_t>(mask))) return true;
+        if (in_buckets(end & ~static_cast<std::uint32_t>(mask), end)) return true;
+      }
+      std::size_t d = 1;
       while (d < Dimension && c[d] == high[d]) c[d] = low[d], ++d;
       if (d == Dimension) return false;
       ++c[d];
@@ -86,7 +99,9 @@ class wrapped_grid {
  private:
   std::int64_t cell_index(T value) const {
     constexpr T far = T(1e15);  // beyond any map, within any integer
-    return static_cast<std::int64_t>(std::floor(std::clamp(value * per_unit_, -far, far)));
+    const T cells = std::clamp(value * per_unit_, -far, far);
+    const auto towards_zero = static_cast<std::int64_t>(cells);  // `std::floor` may be a call
+    return towards_zero - (cells < T(towards_zero));
   }
 
   std::uint32_t bucket(const std::array<std::int64_t, Dimension>& c) const {
