@@ -70,9 +70,9 @@ inline match_run run_literal_algorithm_1(const two_maps& maps, double tolerance,
   return run;
 }
 
-inline match_run run_triplet_search(const two_maps& maps, double tolerance, int threads) {
-  support::stage_clock clock;
-  const triplet_match result = match_all_triplets(maps.source, maps.target, tolerance, {.threads = threads});
+inline match_run run_triplet_search(const two_maps& maps, double tolerance) {
+  const support::stage_clock clock;
+  const triplet_match result = match_all_triplets(maps.source, maps.target, tolerance);
   match_run run{.target_from_source = result.target_from_source};
   run.funnel = {.source_stems = maps.source.size(),
                 .target_stems = maps.target.size(),
@@ -106,8 +106,7 @@ inline std::vector<matcher> all_matchers() {
        }},
       {"literal_algorithm_1", 500,
        [=](const auto& maps, int threads) { return run_literal_algorithm_1(maps, tolerance, threads); }},
-      {"triplets", 200,
-       [=](const auto& maps, int threads) { return run_triplet_search(maps, tolerance, threads); }},
+      {"triplets", 200, [=](const auto& maps, int) { return run_triplet_search(maps, tolerance); }},
   };
 }
 

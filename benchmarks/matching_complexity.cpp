@@ -30,6 +30,12 @@ struct setting {
   view_options view;
 };
 
+/// Whether no stem is laid 0.3 m, or three standard deviations of the noise, off or more.
+bool is_right(const match_run& run, const two_maps& maps, double noise) {
+  return run.target_from_source && largest_error(*run.target_from_source, maps.target_from_source,
+                                                 maps.source) < std::max(0.3, 3 * noise);
+}
+
 /// What came of some pairs of one kind.
 struct summary {
   std::vector<double> seconds, errors;  // errors [m] of those registered
@@ -46,8 +52,7 @@ struct summary {
       return;
     }
     errors.push_back(mean_error(*run.target_from_source, maps.target_from_source, maps.source));
-    const double worst = largest_error(*run.target_from_source, maps.target_from_source, maps.source);
-    ++(worst < std::max(0.3, 3 * noise) ? right : wrong);
+    ++(is_right(run, maps, noise) ? right : wrong);
   }
 };
 
@@ -71,7 +76,7 @@ void write_run(std::ostream& csv, std::string_view matcher, const setting& s, st
       << run.seconds << ',' << run.peak_memory << ',';
   if (run.target_from_source)
     csv << mean_error(*run.target_from_source, maps.target_from_source, maps.source);
-  csv << ',';
+  csv << ',' << is_right(run, maps, s.view.noise) << ',';
   for (const auto& [stage, seconds] : run.stages.items())
     csv << stage << ':' << seconds.template get<double>() << ';';
   csv << '\n';
@@ -196,14 +201,16 @@ int main(int argc, char** argv) {
       return support::done;
     }
     support::atomic_file csv(csv_file);
-    csv.stream() << std::setprecision(6)
-                 << "matcher,layout,stems,overlap,false_stems,noise,repetition,source_stems,target_stems,"
-                    "source_triangles,target_triangles,local_pairs,tested,seconds,peak_mb,error,stages\n";
+    csv.stream()
+        << std::setprecision(6)
+        << "matcher,layout,stems,overlap,false_stems,noise,repetition,source_stems,target_stems,"
+           "source_triangles,target_triangles,local_pairs,tested,seconds,peak_mb,error,right,stages\n";
     std::cout << "| matcher | layout | stems | overlap | false | noise [m] | median [ms] | peak [MB] | N_t | "
                  "N_u | tested | right, wrong, refused | error [cm] |\n"
                  "|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
     for (const matcher& by : all_matchers()) {
+      const std::string_view name = prepared_plot > 0 ? "prepared" : by.name;
       if (prepared_plot > 0 ? by.name != "index" : !is_among(matchers, by.name)) continue;
       for (const std::string& layout : layouts)
         for (const double overlap : overlaps)
@@ -216,12 +223,12 @@ int main(int argc, char** argv) {
                 summary all = prepared_plot > 0
                                   ? measure_prepared(prepared_plot, s, repetitions, threads, csv.stream())
                                   : measure(by, s, repetitions, threads, csv.stream());
-                print(prepared_plot > 0 ? "prepared" : by.name, s, all);
+                print(name, s, all);
                 times.push_back({double(stems), median(all.seconds)});
                 memories.push_back({double(stems), all.peak_memory});
               }
               if (times.size() > 1)
-                std::cout << "| " << by.name << " | " << layout << " | growth exponent | | | | "
+                std::cout << "| " << name << " | " << layout << " | growth exponent | | | | "
                           << std::setprecision(3) << growth_exponent(times) << " | "
                           << growth_exponent(memories) << " | | | | | |\n";
             }

@@ -37,7 +37,6 @@ window cut_window(const positions& map, const Eigen::Vector3d& center, std::size
   window w{{}, center, 0};
   std::vector<std::pair<double, std::size_t>> by_distance;
   for (std::size_t i = 0; i < map.size(); ++i) by_distance.push_back({(map[i] - center).head<2>().norm(), i});
-  trees = std::min(trees, map.size());
   std::partial_sort(by_distance.begin(), by_distance.begin() + std::ptrdiff_t(trees), by_distance.end());
   for (std::size_t k = 0; k < trees; ++k) w.trees.push_back(by_distance[k].second);
   w.radius = trees > 0 ? by_distance[trees - 1].first : 0;
@@ -68,9 +67,11 @@ struct window_pair {
   std::size_t common = 0;  // stems in both
 };
 
-/// Two windows whose centers are 0.8 to 1.7 radii apart: circles at 0.8 share half of their area.
+/// Two windows whose centers are 0.8 to 1.7 radii apart: circles at 0.8 share half of their area. None shows
+/// more than half of the map, or the other could not but show the same.
 window_pair cut_pair(const positions& map, std::size_t trees, const view_options& view,
                      random_source& random) {
+  trees = std::min(trees, map.size() / 2);
   const Eigen::Vector3d& place = map[random.below(static_cast<std::uint32_t>(map.size()))];
   const window first = cut_window(map, place, trees);
   const double direction = uniform(random, 0, 2 * std::numbers::pi);

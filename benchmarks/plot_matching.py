@@ -49,9 +49,7 @@ def plot_memory(arguments):
 def plot_success(arguments):
     outcomes = defaultdict(list)
     for _, row in rows_of(arguments.files):
-        limit = max(0.3, 3 * float(row["noise"]))
-        right = row["error"] != "" and float(row["error"]) < limit
-        outcomes[row["matcher"], row["layout"], float(row[arguments.x])].append(right)
+        outcomes[row["matcher"], row["layout"], float(row[arguments.x])].append(row["right"] == "1")
     for matcher, layout in sorted({key[:2] for key in outcomes}):
         xs = sorted(key[2] for key in outcomes if key[:2] == (matcher, layout))
         pyplot.plot(xs, [100 * statistics.mean(outcomes[matcher, layout, x]) for x in xs], marker="o", label=f"{matcher}, {layout}")
@@ -66,14 +64,21 @@ def plot_curve(arguments):
         count = counts[name, row["trees"], float(row["noise"]), int(row["common"])]
         count[0] += int(row["pairs"])
         count[1] += int(row["registered_right"])
-    for name, trees, noise in sorted({key[:3] for key in counts}):
-        xs = [key[3] for key in sorted(counts) if key[:3] == (name, trees, noise) and counts[key][0] >= least]
-        ys = [100 * counts[name, trees, noise, x][1] / counts[name, trees, noise, x][0] for x in xs]
-        pyplot.plot(xs, ys, marker=".", linestyle="-" if noise < 0.05 else "--",
-                    label=f"{name}, {trees} trees, {100 * noise:g} cm")
-    pyplot.xlim(0, 30)
-    pyplot.xlabel("stems that both maps show")
-    pyplot.ylabel("registered rightly [%]")
+    noises = sorted({key[2] for key in counts})
+    names = sorted({key[0] for key in counts})
+    sizes = sorted({key[1] for key in counts})
+    figure, axes = pyplot.subplots(1, len(noises), sharey=True, squeeze=False, figsize=(5 * len(noises), 4.5))
+    for ax, noise in zip(axes[0], noises):
+        for name, trees in sorted({key[:2] for key in counts}):
+            xs = sorted(key[3] for key, count in counts.items() if key[:3] == (name, trees, noise) and count[0] >= least)
+            ys = [100 * counts[name, trees, noise, x][1] / counts[name, trees, noise, x][0] for x in xs]
+            ax.plot(xs, ys, marker=".", color=f"C{names.index(name)}", linestyle=["-", "--", ":"][sizes.index(trees) % 3],
+                    label=f"{name}, {trees} trees")
+        ax.set_title(f"noise {100 * noise:g} cm")
+        ax.set_xlim(0, 30)
+        ax.set_xlabel("stems that both maps show")
+        ax.grid(alpha=0.3)
+    axes[0, 0].set_ylabel("registered rightly [%]")
 
 
 def main():

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <vector>
 
 namespace globalmatch::benchmarks {
 
@@ -16,15 +17,31 @@ struct triplet_match {
   std::size_t source_triplets = 0, target_triplets = 0, like_pairs = 0;
 };
 
+inline std::vector<triangle> all_triplets(const position_set& stems) {
+  std::vector<triangle> triplets;
+  for (stem_index i = 0; i < stems.size(); ++i)
+    for (stem_index j = i + 1; j < stems.size(); ++j)
+      for (stem_index k = j + 1; k < stems.size(); ++k)
+        triplets.push_back(make_triangle(stems, {i, j, k}, true));
+  return triplets;
+}
+
+inline std::array<float, 3> edges_of(const triangle& t) {
+  return {float(t.edges[0]), float(t.edges[1]), float(t.edges[2])};
+}
+
 template <position_range Source, position_range Target>
-triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems, double tolerance,
-                                 const execution& how) {
+triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems, double tolerance) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const position_set source = import_positions(source_stems, up, "source");
   const position_set target = import_positions(target_stems, up, "target");
   const map_pair maps(source, target, false, degrees_of_freedom::four);
-  const triangle_index target_triplets(target, *maps.target_plan, maps.in_plan(), target.size(), how);
+  const std::vector<triangle> source_triplets = all_triplets(source), target_triplets = all_triplets(target);
+  constexpr float cell = 0.2f;  // [m]
+  const wrapped_grid<float, 3> by_edges(target_triplets.size(), cell,
+                                        [&](std::size_t i) { return edges_of(target_triplets[i]); });
   triplet_match result;
+  result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();
   std::size_t most = 0;
   const auto try_motion = [&](const std::array<correspondence, 3>& triplet) {
@@ -40,18 +57,14 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
     most = met;
     result.target_from_source = *motion;
   };
-  for (stem_index i = 0; i < source.size(); ++i)
-    for (stem_index j = i + 1; j < source.size(); ++j)
-      for (stem_index k = j + 1; k < source.size(); ++k) {
-        ++result.source_triplets;
-        for_each_admissible_order(
-            make_triangle(source, {i, j, k}, maps.in_plan()), tolerance, [&](const triangle& t) {
-              target_triplets.for_each_like(t, tolerance, [&](const std::array<stem_index, 3>& like) {
-                ++result.like_pairs;
-                try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
-              });
-            });
-      }
+  for (const triangle& triplet : source_triplets)
+    for_each_admissible_order(triplet, tolerance, [&](const triangle& t) {
+      by_edges.for_each_near(edges_of(t), float(tolerance), [&](const auto& item) {
+        const auto& like = target_triplets[item.index].vertices;
+        ++result.like_pairs;
+        try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
+      });
+    });
   if (result.target_from_source)
     result.target_from_source = target.frame.local_from_scan().inverse() * *result.target_from_source *
                                 source.frame.local_from_scan();

@@ -102,6 +102,13 @@ TEST_CASE("import_positions names the map and the position that is not finite") 
     }
 }
 
+TEST_CASE("import_positions refuses what a double holds no millimetres of") {
+  CHECK(import_positions(positions{{1e12, 0, 0}}, z_up, "source").size() == 1);
+  for (const double far : {1.1e12, -1e155, 1e307})
+    CHECK_THROWS_WITH(import_positions(positions{{0, 0, 0}, {0, far, 0}}, z_up, "source"),
+                      Catch::Contains("source: position 1 is more than 1e12 m"));
+}
+
 TEST_CASE("import_positions keeps what a type knows of its uncertainty, in the order of the stems") {
   const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, 0.1}, {2, 0, 0, 0}};
   const auto sigma = import_positions(stems, z_up, "source").sigma;

@@ -49,10 +49,11 @@ inline void replace_unknown(std::vector<double>& sigma) {
 }  // namespace detail
 
 /// Reads the caller's positions, and how uncertain they are where their type says so (`point_traits`). `name`
-/// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite, or a
-/// standard deviation negative or not finite.
+/// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite or
+/// beyond 1e12 m, or a standard deviation negative or not finite.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name) {
+  constexpr double farthest = 1e12;  // [m]
   position_set set;
   set.has_heights = point_range<R>;
   const Eigen::Matrix3d levelling = levelling_rotation(up);
@@ -69,6 +70,9 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
+    if (p.cwiseAbs().maxCoeff() > farthest)
+      throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
+                                  " is more than 1e12 m from 0, where millimetres are lost; remove it");
     double sigma = 0;
     if constexpr (has_sigma) {
       sigma = double(point_traits<std::ranges::range_value_t<R>>::position_sigma(position));

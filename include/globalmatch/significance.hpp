@@ -48,6 +48,12 @@ class chance {
   /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance.
   double of_meeting(double tolerance) const { return at(tolerance).of_meeting; }
 
+  /// From now on chance is at least as good as it is along the lattice of this stand.
+  void reckon_with_rows_of(const stand& rows) {
+    for (chances& known : known_)
+      known.of_meeting = std::max(known.of_meeting, rows.of_meeting_along_lattice(known.tolerance));
+  }
+
   /// What a motion makes of source stems.
   struct landing {
     double expected = 0;          ///< stems laid where target stems stand around

@@ -68,14 +68,6 @@ class stand {
     return densities_.empty() ? 1 : sum / double(densities_.size());
   }
 
-  /// Whether stems stand around a place.
-  bool surrounds(const Eigen::Vector3d& place) const {
-    return plan_->any_within(place.x(), place.y(), around * stem_radius_);
-  }
-
- private:
-  static constexpr double around = 3;  // stem radii: a circle that holds nine stems
-
   /// Probability of meeting by chance along the lattice; 0 where the map has none. Of stems met within a
   /// wider reach at least as many as of an evenly filled disc are nearer: few shifts can be looked at, and
   /// what they do not show at centimetres they may show at decimetres. What is met within a narrower reach is
@@ -89,6 +81,14 @@ class stand {
       p = std::max(p, share * std::min(1.0, std::pow(wider / reach, 2)));
     return p;
   }
+
+  /// Whether stems stand around a place.
+  bool surrounds(const Eigen::Vector3d& place) const {
+    return plan_->any_within(place.x(), place.y(), around * stem_radius_);
+  }
+
+ private:
+  static constexpr double around = 3;  // stem radii: a circle that holds nine stems
 
   /// Finds within which reach more stems meet another one than random ones would, when the map is laid on
   /// itself, shifted from stems to their nearest ones: in rows along the lattice.

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -155,10 +156,10 @@ inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
   funnel.source_triangles = source_triangles.size();
   funnel.target_triangles = target_triangles.size();
-  funnel.local_pairs = pairs.size();
+  funnel.local_pairs += pairs.size();
   std::size_t tested = 0;
   auto hypotheses = match_globally(maps, pairs, tolerance, options.global, how, &tested);
-  funnel.tested = tested;
+  funnel.tested += tested;
   return hypotheses;
 }
 
@@ -192,12 +193,28 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
   return hypotheses;
 }
 
+/// The target stems that a hypothesis pairs as a stand of their own: some thousands from one place where
+/// there are more. They may stand in rows though most of the map does not.
+inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
+  constexpr double most = 4096;
+  const double radius = std::sqrt(most / std::numbers::pi) * maps.target_plan->spacing();
+  position_set paired;
+  if (!h.correspondences.empty()) {
+    const auto place = [&](const correspondence& c) { return maps.target.at[c.target]; };
+    const Eigen::Vector3d center = place(h.correspondences[h.correspondences.size() / 2]);
+    for (const correspondence& c : h.correspondences)
+      if ((place(c) - center).head<2>().norm() < radius) paired.at.push_back(place(c));
+  }
+  return stand(paired, std::make_shared<plan_index>(paired));
+}
+
 /// The best of ranked hypotheses as it is returned, and its rivals as they compare with it.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
-                                      const chance& by_chance, std::size_t most) {
+                                      chance by_chance, std::size_t most) {
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
   fit_robustly(best, maps);
+  by_chance.reckon_with_rows_of(paired_stand(best, maps));
   by_chance.judge(best, by_chance.lay(best.target_from_source, best.tolerance, best.tolerance));
   // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
   const double tolerance = best.tolerance;
