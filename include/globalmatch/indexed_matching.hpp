@@ -138,39 +138,39 @@ class ballot {
   void vote(const std::array<stem_index, 3>& like) {
     const double turn = direction(maps_.target, like[1], like[2]) - direction_;
     const double share = turn / (2 * std::numbers::pi) - std::floor(turn / (2 * std::numbers::pi));
-    votes_.push_back({like[own_], static_cast<std::uint32_t>(share * yaws_),
-                      static_cast<std::uint32_t>(triangles_.size())});
+    const auto yaw = static_cast<std::uint64_t>(share * yaws_);
+    votes_.push_back(
+        {std::uint64_t(like[own_]) << 32 | yaw, static_cast<std::uint32_t>(triangles_.size())});
     triangles_.push_back({{{asked_[0], like[0]}, {asked_[1], like[1]}, {asked_[2], like[2]}}});
   }
 
   /// The triangles to try, at most `most`, each the last one handed in of those with one motion.
   std::vector<std::array<correspondence, 3>> elect(std::size_t most) {
     std::sort(votes_.begin(), votes_.end());
-    std::vector<result> results;
-    for (const ballot_paper& v : votes_) {
-      const bool same =
-          !results.empty() && results.back().paper.target == v.target && results.back().paper.yaw == v.yaw;
-      if (!same) results.push_back({0, v});
-      ++results.back().votes;
-      results.back().paper = v;
+    results_.clear();
+    for (std::size_t i = 0; i < votes_.size(); ++i) {
+      const bool same = i > 0 && votes_[i - 1].motion == votes_[i].motion;
+      if (!same) results_.push_back({0, static_cast<std::uint32_t>(results_.size()), 0});
+      ++results_.back().votes;
+      results_.back().triangle = votes_[i].triangle;
     }
-    const auto more_votes = [](const result& a, const result& b) { return a.votes > b.votes; };
-    std::stable_sort(results.begin(), results.end(), more_votes);
-    results.resize(std::min(results.size(), most));
-    std::vector<std::array<correspondence, 3>> elected;
-    for (const result& r : results) elected.push_back(triangles_[r.paper.triangle]);
-    return elected;
+    const auto elected = results_.begin() + std::ptrdiff_t(std::min(results_.size(), most));
+    std::partial_sort(results_.begin(), elected, results_.end(), [](const result& a, const result& b) {
+      return a.votes != b.votes ? a.votes > b.votes : a.order < b.order;
+    });
+    std::vector<std::array<correspondence, 3>> triangles;
+    for (auto r = results_.begin(); r != elected; ++r) triangles.push_back(triangles_[r->triangle]);
+    return triangles;
   }
 
  private:
   struct ballot_paper {
-    stem_index target;
-    std::uint32_t yaw, triangle;
+    std::uint64_t motion;  // target stem in the high bits, yaw in the low ones
+    std::uint32_t triangle;
     auto operator<=>(const ballot_paper&) const = default;
   };
   struct result {
-    std::size_t votes;
-    ballot_paper paper;
+    std::uint32_t votes, order, triangle;
   };
 
   static double direction(const position_set& stems, stem_index from, stem_index to) {
@@ -184,6 +184,7 @@ class ballot {
   std::size_t own_ = 0;                   // ... which of its corners all have in common, ...
   double direction_ = 0;                  // [rad] ... and where its longest edge points
   std::vector<ballot_paper> votes_;
+  std::vector<result> results_;
   std::vector<std::array<correspondence, 3>> triangles_;
 };
 

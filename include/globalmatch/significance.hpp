@@ -36,9 +36,7 @@ class chance {
         source_extent_(extent(maps.source)),
         tolerances_(std::max<std::size_t>(1, tolerances.size())) {
     for (const auto& asked : {tolerances, others})
-      for (const double tolerance : asked)
-        known_.push_back(
-            {tolerance, target_->of_meeting(tolerance), target_->of_meeting_at_random(tolerance)});
+      for (const double tolerance : asked) known_.push_back(compute(tolerance));
   }
 
   /// The same when nothing is known of the target. Cost: linear in the stems.
@@ -139,7 +137,12 @@ class chance {
   chances at(double tolerance) const {
     for (const chances& known : known_)
       if (known.tolerance == tolerance) return known;
-    return {tolerance, target_->of_meeting(tolerance), target_->of_meeting_at_random(tolerance)};
+    return compute(tolerance);
+  }
+
+  chances compute(double tolerance) const {
+    const double at_random = target_->of_meeting_at_random(tolerance);
+    return {tolerance, std::max(at_random, target_->of_meeting_along_lattice(tolerance)), at_random};
   }
 
   double log10_false_alarms(double matched, double expected, double tolerance, double of_meeting) const {
