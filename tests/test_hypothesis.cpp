@@ -165,6 +165,29 @@ TEST_CASE("verify gives nothing when the correspondences do not determine a moti
   CHECK_FALSE(verify(maps, same_indices(5), 0.1));
 }
 
+TEST_CASE("verify looks further and further out, and gives up where its motion is not promising") {
+  random_source random(8);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 2000, 150, 150));
+  const map_pair maps(stems, stems, true, degrees_of_freedom::four);
+  const std::vector<correspondence> start = {{0, 0}, {1, 1}, {2, 2}};
+  double extent = 0;
+  for (const Eigen::Vector3d& a : stems.at) extent = std::max(extent, (a - stems.at[0]).head<2>().norm());
+  std::vector<double> radii;
+  const auto all = verify(maps, start, 0.05, [&](const auto&, const auto&, double radius) {
+    radii.push_back(radius);
+    return true;
+  });
+  REQUIRE(all);
+  CHECK(all->correspondences.size() == stems.size());
+  CHECK(std::is_sorted(radii.begin(), radii.end()));
+  for (const double radius : radii) CHECK(radius < 2 * extent);
+  std::vector<neighbor<double>> nearest;
+  maps.source_plan->nearest(0, 2, nearest);
+  std::vector<correspondence> near_by = {{0, 0}};
+  for (const auto& n : nearest) near_by.push_back({n.index, n.index});
+  CHECK_FALSE(verify(maps, near_by, 0.05, [](const auto&...) { return false; }));
+}
+
 TEST_CASE("hypotheses differ when they lay the stems further apart than the distance, on average") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
   const map_pair maps(source, source, false, four);

@@ -82,6 +82,29 @@ TEST_CASE("the search ends at the number of queries or of candidates that it is 
   CHECK(all.source_triangles > 5000);
   CHECK(counted({.most_queries = 100}).source_triangles < 400);  // the queries of a stem belong together
   CHECK(counted({.most_candidates = 100}).local_pairs < all.local_pairs / 2);
+  CHECK(all.tested > 10 * a.size());
+  CHECK(counted({.most_tried = 3}).tested <= 3 * a.size());
+}
+
+TEST_CASE("motions that most triangles vote for are tried first, each once") {
+  random_source random(9);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 30, 20, 20));
+  const map_pair maps(stems, stems, true, four);
+  detail::ballot votes(maps);
+  const auto cast = [&](const std::array<stem_index, 3>& asked, const std::array<stem_index, 3>& like) {
+    votes.ask(triangle{asked, {}}, 0);
+    votes.vote(like);
+  };
+  votes.reset(0.01);
+  cast({0, 3, 4}, {9, 7, 8});
+  for (stem_index k = 1; k < 5; ++k) cast({0, k, k + 1}, {0, k, k + 1});  // in place, of any shape
+  const auto elected = votes.elect(10);
+  REQUIRE(elected.size() == 2);
+  CHECK(elected[0] == std::array<correspondence, 3>{{{0, 0}, {4, 4}, {5, 5}}});
+  CHECK(elected[1] == std::array<correspondence, 3>{{{0, 9}, {3, 7}, {4, 8}}});
+  CHECK(votes.elect(1).size() == 1);
+  votes.reset(0.01);
+  CHECK(votes.elect(10).empty());
 }
 
 TEST_CASE("indexed matching options that make no sense are named") {
@@ -92,6 +115,12 @@ TEST_CASE("indexed matching options that make no sense are named") {
                     Catch::Contains("indexed.source_neighbors"));
   CHECK_THROWS_WITH(require_valid(indexed_matching_options{.neighbors_of_few = 1}),
                     Catch::Contains("indexed.neighbors_of_few"));
+  CHECK_THROWS_WITH(require_valid(indexed_matching_options{.enough_stems = 0}),
+                    Catch::Contains("indexed.enough_stems"));
+  CHECK_THROWS_WITH(require_valid(indexed_matching_options{.most_tried = 0}),
+                    Catch::Contains("indexed.most_tried"));
+  CHECK_THROWS_WITH(require_valid(indexed_matching_options{.most_hypotheses = 1}),
+                    Catch::Contains("indexed.most_hypotheses"));
   CHECK_THROWS_WITH(require_valid(indexed_matching_options{.tried_neighbors = 4}),
                     Catch::Contains("indexed.tried_neighbors"));
 }

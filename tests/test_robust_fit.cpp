@@ -130,6 +130,26 @@ TEST_CASE("maps without any noise are fitted exactly, in 4-DoF and in 6-DoF") {
   }
 }
 
+TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and in 6-DoF") {
+  for (const auto dof : {four, degrees_of_freedom::six}) {
+    random_source random(7);
+    double robust = 0, least_squares = 0;
+    for (int round = 0; round < 20; ++round) {
+      scene s = noisy_scene(random, 40, [](std::size_t) { return 0.02; });
+      for (Eigen::Vector3d& p : s.target.at) p.z() += 0.02 * random.normal();
+      for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += Eigen::Vector3d(0.6, 0.3, 0);
+      const map_pair maps(s.source, s.target, false, dof, 5);
+      hypothesis h = s.least_squares(maps, 1);
+      least_squares += s.error(h) / 20;
+      fit_robustly(h, maps);
+      robust += s.error(h) / 20;
+    }
+    CAPTURE(int(dof));
+    CHECK(robust < 0.02);
+    CHECK(least_squares > 2 * robust);
+  }
+}
+
 TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as they are") {
   random_source random(6);
   const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });

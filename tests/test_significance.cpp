@@ -13,25 +13,55 @@ constexpr auto four = degrees_of_freedom::four;
 
 }  // namespace
 
-TEST_CASE("the chance of meeting a stem is what random stems show") {
+TEST_CASE("the chance of meeting is that of the target's stand, or of rows that are known besides") {
   random_source random(1);
-  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 100, 100));
+  const position_set source = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
+  const position_set target = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
+  const position_set rows = scenes::set_in_order(scenes::lattice(8, 8, 3));
+  const map_pair maps(source, target, true, four);
+  const stand of_target(target, maps.target_plan), of_rows(rows, std::make_shared<plan_index>(rows));
+  const std::vector<double> tolerances = {0.05, 0.2};
+  chance by_chance(maps, tolerances);
+  for (const double tolerance : {0.05, 0.1, 0.2})
+    CHECK(by_chance.of_meeting(tolerance) == of_target.of_meeting(tolerance));
+  by_chance.reckon_with_rows_of(of_rows);
+  for (const double tolerance : tolerances)
+    CHECK(by_chance.of_meeting(tolerance) == of_rows.of_meeting_along_lattice(tolerance));
+  by_chance.reckon_with_rows_of(of_target);
+  CHECK(by_chance.of_meeting(0.2) == of_rows.of_meeting_along_lattice(0.2));
+}
+
+TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever was added to its heights") {
+  for (const std::size_t count : {50u, 20000u}) {
+    CAPTURE(count);
+    random_source random(2);
+    const double side = std::sqrt(double(count)) * 3;
+    const positions stems = scenes::random_stems(random, count, side, side);
+    const position_set source = scenes::set_in_order(stems);
+    const position_set target =
+        scenes::set_in_order(scenes::moved(scenes::yaw_and_shift(0, {0, 0, 7}), stems));
+    const map_pair maps(source, target, false, four);
+    const auto landing = chance(maps).lay(scenes::yaw_and_shift(0, {0.01, 0, 0}), 0.5, 0.1);
+    CHECK(landing.raised == Approx(7));
+    CHECK(landing.expected <= 8192);
+    CHECK(landing.expected >= std::min(50.0, double(count) / 4));
+    CHECK(landing.matched(0.005) == 0);
+    CHECK(landing.matched(0.02) == landing.expected);
+  }
+}
+
+TEST_CASE(
+    "chance explains what a wrong motion makes of many stems around a place, but not what a right one does") {
+  random_source random(3);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
   const map_pair maps(stems, stems, true, four);
   const chance by_chance(maps);
-  for (const double tolerance : {0.1, 0.3, 1.0}) {
-    int met = 0;
-    constexpr int tries = 20000;
-    for (int i = 0; i < tries; ++i) {
-      bool meets = false;
-      maps.for_each_met({scenes::uniform(random, 5, 95), scenes::uniform(random, 5, 95), 0}, tolerance,
-                        [&](stem_index, double) { meets = true; });
-      met += meets;
-    }
-    CAPTURE(tolerance);
-    const double seen = double(met) / tries;
-    CHECK(by_chance.of_meeting(tolerance) > 0.8 * seen);  // stems see more of others than random places do
-    CHECK(by_chance.of_meeting(tolerance) < 1.6 * seen);
-  }
+  const Eigen::Vector3d middle(45, 45, 0);
+  const Eigen::Isometry3d wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
+  CHECK_FALSE(by_chance.explains_around(Eigen::Isometry3d::Identity(), middle, 40, 0.1));
+  CHECK(by_chance.explains_around(wrong, middle, 40, 0.1));
+  CHECK_FALSE(by_chance.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
+  CHECK_FALSE(by_chance.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
 }
 
 TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thousand would take") {

@@ -76,7 +76,7 @@ class stand {
     // The shift of `find_lattice`, from one stem to another, is as uncertain as each meeting: a motion that
     // lays two lattices on each other is better by the root of two.
     const double wider = std::numbers::sqrt2 * tolerance;
-    double p = lattice_.empty() ? 0 : share_within(wider);
+    double p = lattice_.empty() ? 0 : likely_share_within(wider);
     for (const auto& [reach, share] : lattice_)
       p = std::max(p, share * std::min(1.0, std::pow(wider / reach, 2)));
     return p;
@@ -89,6 +89,7 @@ class stand {
 
  private:
   static constexpr double around = 3;  // stem radii: a circle that holds nine stems
+  static constexpr double alike = 4;   // two like pairs of stems meet as each is laid on the other, and back
 
   /// Finds within which reach more stems meet another one than random ones would, when the map is laid on
   /// itself, shifted from stems to their nearest ones: in rows along the lattice.
@@ -98,7 +99,8 @@ class stand {
     misfits_ = misfits_on_itself(stems, least * std::pow(2, 0.5 * (reaches - 1)), tries_);
     for (int i = 0; i < reaches; ++i) {
       const double reach = least * std::pow(2, 0.5 * i), met = share_within(reach) * tries_;
-      if (met > 0 && log_binomial_tail(met, tries_, of_meeting_at_random(reach)) < std::log(hardly))
+      if (met > 0 &&
+          log_binomial_tail(met / alike, tries_ / alike, of_meeting_at_random(reach)) < std::log(hardly))
         lattice_.push_back({reach, met / tries_});
     }
   }
@@ -107,6 +109,12 @@ class stand {
   double share_within(double reach) const {
     const auto met = std::lower_bound(misfits_.begin(), misfits_.end(), reach) - misfits_.begin();
     return tries_ > 0 ? double(met) / tries_ : 0;
+  }
+
+  /// The share that may be behind it, as far as so few tell: two standard deviations above.
+  double likely_share_within(double reach) const {
+    const double share = share_within(reach);
+    return std::min(1.0, share + 2 * std::sqrt(share * (1 - share) * alike / tries_));
   }
 
   /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the number
