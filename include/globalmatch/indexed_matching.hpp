@@ -139,8 +139,7 @@ class ballot {
     const double turn = direction(maps_.target, like[1], like[2]) - direction_;
     const double share = turn / (2 * std::numbers::pi) - std::floor(turn / (2 * std::numbers::pi));
     const auto yaw = static_cast<std::uint64_t>(share * yaws_);
-    votes_.push_back(
-        {std::uint64_t(like[own_]) << 32 | yaw, static_cast<std::uint32_t>(triangles_.size())});
+    votes_.push_back({std::uint64_t(like[own_]) << 32 | yaw, static_cast<std::uint32_t>(triangles_.size())});
     triangles_.push_back({{{asked_[0], like[0]}, {asked_[1], like[1]}, {asked_[2], like[2]}}});
   }
 
@@ -284,8 +283,11 @@ class triangle_search {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Distinct hypotheses, verified over all stems at `tolerance` [m] and judged against chance, best first.
-/// `index` is that of the target's triangles. `patient`: every motion is tried on all stems around it, and
-/// more triangles are queried, as maps that share only few stems need.
+/// `index` is that of the target's triangles; `tolerances` [m], increasing, are those that stems may be
+/// paired at in the end. `patient`: every motion is tried on all stems around it, and more triangles are
+/// queried, as maps that share only few stems need. What was looked at is added to `funnel`. Throws
+/// `operation_cancelled`. Cost: bounded by the queries and candidates of `options`, and linear in the stems
+/// for each motion that is verified.
 inline std::vector<hypothesis> match_by_index(const map_pair& maps, const triangle_index& index,
                                               double tolerance, const chance& by_chance,
                                               std::span<const double> tolerances,

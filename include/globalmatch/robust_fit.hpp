@@ -82,7 +82,8 @@ inline bool reweigh_and_fit(hypothesis& h, const map_pair& maps, double unknown,
 /// Fits the motion of a hypothesis anew and pairs all stems under it at its tolerance, until it stands: stems
 /// count as much as `position_sigma` makes them certain, and pairs that fit badly count less. The scatter is
 /// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
-/// pairs tell no scatter and stay as they are.
+/// pairs tell no scatter and stay as they are. In 4-DoF weights are of distances in plan, and the height
+/// stays the median of what the pairs ask for. Cost: linear in the stems.
 inline void fit_robustly(hypothesis& h, const map_pair& maps) {
   constexpr std::size_t least = 6;
   constexpr int rounds = 10;

@@ -86,7 +86,8 @@ class triangle_index {
 
   std::size_t size() const { return vertices_.size(); }
 
-  /// Calls `visit(vertices)` for the triangles whose edges differ by less than `tolerance` [m].
+  /// Calls `visit(vertices)` for the triangles whose edges differ by no more than `tolerance` [m], to the
+  /// precision of a float.
   template <class Visit>
   void for_each_like(const triangle& t, double tolerance, const Visit& visit) const {
     if (vertices_.empty()) return;
