@@ -194,12 +194,14 @@ inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prep
 }
 
 /// The target stems that a hypothesis pairs as a stand of their own: some thousands from one place where
-/// there are more. They may stand in rows though most of the map does not.
+/// there are more, and none where they are too few to tell rows from likeness by chance. They may stand in
+/// rows though most of the map does not.
 inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
+  constexpr std::size_t least = 20;
   constexpr double most = 4096;
   const double radius = std::sqrt(most / std::numbers::pi) * maps.target_plan->spacing();
   position_set paired;
-  if (!h.correspondences.empty()) {
+  if (h.correspondences.size() >= least) {
     const auto place = [&](const correspondence& c) { return maps.target.at[c.target]; };
     const Eigen::Vector3d center = place(h.correspondences[h.correspondences.size() / 2]);
     for (const correspondence& c : h.correspondences)
