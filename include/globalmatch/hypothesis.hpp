@@ -36,9 +36,8 @@ struct correspondence {
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
-  double tolerance = 0;  ///< [m] stems this near each other were paired
-  double log10_false_alarms =
-      0;  ///< motions that chance would make pair as many stems; see `significance.hpp`
+  double tolerance = 0;           ///< [m] stems this near each other were paired
+  double log10_false_alarms = 0;  ///< motions by chance that pair as many stems; see `significance.hpp`
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set

@@ -202,7 +202,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// Looks triangles of a source map up in those of a target map, stem after stem.
 class triangle_search {
  public:
-  /// `most_candidates` are looked at, in whatever memory they take.
+  /// No more than about `most_candidates` are looked at, or held in memory.
   triangle_search(const map_pair& maps, const triangle_index& index, double tolerance,
                   const indexed_matching_options& options, bool patient, std::size_t most_candidates)
       : maps_(maps),

@@ -45,6 +45,7 @@ class wrapped_grid {
   }
 
   std::size_t size() const { return items_.size(); }
+
   /// Points in the cell of a point, on average over the points: few where the width of cells suits them.
   double crowding() const {
     double squares = 0;
