@@ -26,10 +26,6 @@ inline std::vector<triangle> all_triplets(const position_set& stems) {
   return triplets;
 }
 
-inline std::array<float, 3> edges_of(const triangle& t) {
-  return {float(t.edges[0]), float(t.edges[1]), float(t.edges[2])};
-}
-
 template <position_range Source, position_range Target>
 triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems, double tolerance) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
@@ -37,9 +33,9 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   const position_set target = import_positions(target_stems, up, "target");
   const map_pair maps(source, target, false, degrees_of_freedom::four);
   const std::vector<triangle> source_triplets = all_triplets(source), target_triplets = all_triplets(target);
-  constexpr float cell = 0.2f;  // [m]
-  const wrapped_grid<float, 3> by_edges(target_triplets.size(), cell,
-                                        [&](std::size_t i) { return edges_of(target_triplets[i]); });
+  constexpr float cell = 0.1f;  // [m]
+  const triangle_grid target_grid(target_triplets.size(), cell,
+                                  [&](std::size_t i) { return by_edges(target_triplets[i]); });
   triplet_match result;
   result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();
@@ -59,8 +55,8 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   };
   for (const triangle& triplet : source_triplets)
     for_each_admissible_order(triplet, tolerance, [&](const triangle& t) {
-      by_edges.for_each_near(edges_of(t), float(tolerance), [&](const auto& item) {
-        const auto& like = target_triplets[item.index].vertices;
+      target_grid.for_each_near(by_edges(t).at, float(tolerance), [&](const auto& item) {
+        const auto& like = item.label;
         ++result.like_pairs;
         try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
       });

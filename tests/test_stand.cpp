@@ -55,6 +55,20 @@ TEST_CASE("rows meet one another far more often than random stems as dense, at c
   }
 }
 
+TEST_CASE("clumps are not taken for rows") {
+  int taken = 0;
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20}) {
+    random_source random(seed);
+    positions stems;
+    for (const Eigen::Vector3d& center : scenes::random_stems(random, 4, 20, 20))
+      for (int i = 0; i < 12; ++i)
+        stems.push_back(center + Eigen::Vector3d(1.5 * random.normal(), 1.5 * random.normal(), 0));
+    for (const Eigen::Vector3d& between : scenes::random_stems(random, 12, 20, 20)) stems.push_back(between);
+    taken += stand_of(stems).of_meeting_along_lattice(0.3) > 0;
+  }
+  CHECK(taken <= 1);
+}
+
 TEST_CASE("perfect rows explain themselves at once") {
   const stand rows = stand_of(scenes::lattice(12, 12, 3));
   CHECK(rows.of_meeting(0.05) > 0.7);

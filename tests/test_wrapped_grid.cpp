@@ -19,11 +19,19 @@ std::vector<point2> random_points(std::size_t count, double extent, random_sourc
   return points;
 }
 
+template <class Point>
+auto grid_of(const std::vector<Point>& points, typename Point::value_type cell) {
+  using grid = wrapped_grid<typename Point::value_type, std::tuple_size_v<Point>>;
+  return grid(points.size(), cell, [&](std::size_t i) {
+    return typename grid::item{points[i], static_cast<std::uint32_t>(i)};
+  });
+}
+
 /// Indices of the points in a box, each as often as it was visited.
 std::vector<std::uint32_t> found_near(const wrapped_grid<double, 2>& grid, const point2& center,
                                       double reach) {
   std::vector<std::uint32_t> found;
-  grid.for_each_near(center, reach, [&](const auto& item) { found.push_back(item.index); });
+  grid.for_each_near(center, reach, [&](const auto& item) { found.push_back(item.label); });
   std::sort(found.begin(), found.end());
   return found;
 }
@@ -44,7 +52,7 @@ TEST_CASE("a wrapped grid finds what brute force finds, each point once, for cel
   for (const std::size_t count : {0u, 1u, 2u, 7u, 100u, 1000u}) {
     const auto points = random_points(count, 100, random);
     for (const double cell : {0.01, 1.0, 30.0, 1e4}) {
-      const wrapped_grid<double, 2> grid(count, cell, [&](std::size_t i) { return points[i]; });
+      const auto grid = grid_of(points, cell);
       REQUIRE(grid.size() == count);
       for (const double reach : {0.0, 0.5, 10.0, 1e6}) {
         const point2 center = random_points(1, 120, random).front();
@@ -60,7 +68,7 @@ TEST_CASE("a wrapped grid holds points however far apart, and infinitely many at
   points.push_back({1e12, -1e12});
   points.push_back({-1e300, 1e300});
   points.insert(points.end(), 100, {1, 1});
-  const wrapped_grid<double, 2> grid(points.size(), 1.0, [&](std::size_t i) { return points[i]; });
+  const auto grid = grid_of(points, 1.0);
   for (const point2& center : {point2{1e12, -1e12}, point2{-1e300, 1e300}, point2{1, 1}, point2{20, 20}})
     CHECK(found_near(grid, center, 2) == brute_force(points, center, 2));
 }
@@ -70,7 +78,7 @@ TEST_CASE("a wrapped grid of three dimensions finds what brute force finds") {
   std::vector<std::array<float, 3>> points(2000);
   for (auto& p : points)
     for (float& c : p) c = static_cast<float>(15 * random.uniform());
-  const wrapped_grid<float, 3> grid(points.size(), 0.2f, [&](std::size_t i) { return points[i]; });
+  const auto grid = grid_of(points, 0.2f);
   for (int query = 0; query < 50; ++query) {
     const auto& center = points[random.below(2000)];
     const float reach = 0.4f;
@@ -80,8 +88,34 @@ TEST_CASE("a wrapped grid of three dimensions finds what brute force finds") {
       for (std::size_t d = 0; d < 3; ++d) near = near && std::abs(points[i][d] - center[d]) <= reach;
       if (near) expected.insert(i);
     }
-    grid.for_each_near(center, reach, [&](const auto& item) { CHECK(found.insert(item.index).second); });
+    grid.for_each_near(center, reach, [&](const auto& item) { CHECK(found.insert(item.label).second); });
     CHECK(found == expected);
+  }
+}
+
+TEST_CASE("a wrapped grid visits its points in one order, whatever parts they were sorted in") {
+  using grid = wrapped_grid<double, 2>;
+  random_source random(4);
+  const auto points = random_points(500, 10, random);  // some ten to a cell
+  const auto visited = [&](const grid& g) {
+    std::vector<std::uint32_t> order;
+    g.for_each_near({0, 0}, 4, [&](const auto& item) { order.push_back(item.label); });
+    return order;
+  };
+  const auto in_one = visited(grid_of(points, 2.0));
+  REQUIRE(in_one.size() > 100);
+  for (const std::size_t parts : {2u, 3u, 7u}) {
+    CAPTURE(parts);
+    const grid in_parts(
+        points.size(), 2.0, parts,
+        [&](std::size_t part, const auto& visit) {
+          for (auto i = part * points.size() / parts; i < (part + 1) * points.size() / parts; ++i)
+            visit(grid::item{points[i], static_cast<std::uint32_t>(i)});
+        },
+        [](std::size_t all, const auto& work) {
+          for (std::size_t part = all; part-- > 0;) work(part);  // in any order
+        });
+    CHECK(visited(in_parts) == in_one);
   }
 }
 

@@ -136,9 +136,9 @@ class ballot {
 
   /// Hands in a target triangle that looks like it.
   void vote(const std::array<stem_index, 3>& like) {
-    const double turn = direction(maps_.target, like[1], like[2]) - direction_;
-    const double share = turn / (2 * std::numbers::pi) - std::floor(turn / (2 * std::numbers::pi));
-    const auto yaw = static_cast<std::uint64_t>(share * yaws_);
+    const Eigen::Vector2d d = direction(maps_.target, like[1], like[2]);
+    const double turned = quadrants(d.dot(direction_), direction_.x() * d.y() - direction_.y() * d.x());
+    const auto yaw = static_cast<std::uint64_t>(turned / 4 * yaws_);
     votes_.push_back({std::uint64_t(like[own_]) << 32 | yaw, static_cast<std::uint32_t>(triangles_.size())});
     triangles_.push_back({{{asked_[0], like[0]}, {asked_[1], like[1]}, {asked_[2], like[2]}}});
   }
@@ -172,16 +172,22 @@ class ballot {
     std::uint32_t votes, order, triangle;
   };
 
-  static double direction(const position_set& stems, stem_index from, stem_index to) {
-    const Eigen::Vector3d d = stems.at[to] - stems.at[from];
-    return std::atan2(d.y(), d.x());
+  static Eigen::Vector2d direction(const position_set& stems, stem_index from, stem_index to) {
+    return (stems.at[to] - stems.at[from]).head<2>();
+  }
+
+  /// Grows with the angle of (x, y) from 0 to 4, though not quite evenly within a quadrant; an arc tangent
+  /// for each vote would take longer than all the rest of it.
+  static double quadrants(double x, double y) {
+    const double sum = std::abs(x) + std::abs(y), share = sum > 0 ? x / sum : 1;
+    return y < 0 ? 3 + share : 1 - share;
   }
 
   const map_pair& maps_;
   double yaws_ = 1;                       // that are told apart
   std::array<stem_index, 3> asked_ = {};  // source triangle, ...
   std::size_t own_ = 0;                   // ... which of its corners all have in common, ...
-  double direction_ = 0;                  // [rad] ... and where its longest edge points
+  Eigen::Vector2d direction_ = {1, 0};    // ... and where its longest edge points
   std::vector<ballot_paper> votes_;
   std::vector<result> results_;
   std::vector<std::array<correspondence, 3>> triangles_;

@@ -46,8 +46,8 @@ class plan_index {
     // Where stems stand in corridors, or in stands far apart, the map's extent tells nothing of their
     // spacing.
     for (spacing_ = typical_spacing(stems);; spacing_ = std::max(least, spacing_ / 2)) {
-      grid_ = wrapped_grid<double, 2>(stems.size(), spacing_, [&](std::size_t i) {
-        return std::array{stems.at[i].x(), stems.at[i].y()};
+      grid_ = grid(stems.size(), spacing_, [&](std::size_t i) {
+        return grid::item{{stems.at[i].x(), stems.at[i].y()}, static_cast<stem_index>(i)};
       });
       if (spacing_ <= least || grid_.crowding() < crowded) break;
     }
@@ -66,7 +66,7 @@ class plan_index {
   void for_each_within(double x, double y, double radius, const Visit& visit) const {
     grid_.for_each_near({x, y}, radius, [&](const auto& item) {
       const double dx = item.at[0] - x, dy = item.at[1] - y, squared = dx * dx + dy * dy;
-      if (squared < radius * radius) visit(static_cast<stem_index>(item.index), squared);
+      if (squared < radius * radius) visit(item.label, squared);
     });
   }
 
@@ -87,8 +87,8 @@ class plan_index {
       std::size_t in_reach = 0;
       grid_.for_each_near({at_[i].x(), at_[i].y()}, radius, [&](const auto& item) {
         ++in_reach;
-        const double squared = (at_[item.index] - at_[i]).squaredNorm();
-        if (item.index != i && squared < radius * radius) found.push_back({item.index, squared});
+        const double squared = (at_[item.label] - at_[i]).squaredNorm();
+        if (item.label != i && squared < radius * radius) found.push_back({item.label, squared});
       });
       if (found.size() >= k || in_reach == at_.size()) break;
     }
@@ -98,6 +98,8 @@ class plan_index {
   }
 
  private:
+  using grid = wrapped_grid<double, 2, stem_index>;
+
   static double typical_spacing(const position_set& stems) {
     constexpr double least = 0.1;  // [m]
     if (stems.size() < 2) return 1;
@@ -113,7 +115,7 @@ class plan_index {
 
   double spacing_ = 1;
   std::vector<Eigen::Vector2d> at_;
-  wrapped_grid<double, 2> grid_;
+  grid grid_;
 };
 
 }  // namespace globalmatch

@@ -5,11 +5,13 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 #include <memory>
 #include <numbers>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -91,18 +93,41 @@ class stand {
   static constexpr double around = 3;  // stem radii: a circle that holds nine stems
   static constexpr double alike = 4;   // two like pairs of stems meet as each is laid on the other, and back
 
-  /// Finds within which reach more stems meet another one than random ones would, when the map is laid on
-  /// itself, shifted from stems to their nearest ones: in rows along the lattice.
+  static constexpr double least_reach = 0.03;              // [m]
+  static constexpr int reaches = 12, rings = reaches + 2;  // up to twice as far
+  static double reach_of(int i) { return least_reach * std::pow(2, 0.5 * i); }
+  /// The first reach that a distance is less than, by its square [m^2].
+  static std::size_t ring_of(double squared) {
+    const double doublings = squared / (least_reach * least_reach);
+    return doublings < 1 ? 0 : std::min(std::size_t(std::ilogb(doublings)) + 1, std::size_t(rings - 1));
+  }
+
+  /// What stems of a map meet that is laid on itself.
+  struct meetings {
+    double tries = 0;             ///< stems laid within the stand: what lies beyond its border tells nothing
+    std::vector<double> nearest;  ///< [m] from these to the nearest stem, where within reach
+    std::array<double, rings> met = {},
+                              all = {};  ///< stems that meet another within each reach; all they meet
+  };
+
+  /// Finds within which reach more stems meet another one than chance makes them, when the map is laid on
+  /// itself, shifted from stems to their nearest ones: in rows along the lattice. Chance is what random stems
+  /// do, and what stems do that are met as densely just out of reach: clumps stay clumps a little aside, rows
+  /// leave the ground beside them empty.
   void find_lattice(const position_set& stems) {
-    constexpr double least = 0.03, hardly = 1e-6;  // [m]; chance of what random stems do not do
-    constexpr int reaches = 12;
-    misfits_ = misfits_on_itself(stems, least * std::pow(2, 0.5 * (reaches - 1)), tries_);
+    constexpr double hardly = 1e-6;  // chance of what only rows do
+    meetings own = meetings_with_itself(stems);
     for (int i = 0; i < reaches; ++i) {
-      const double reach = least * std::pow(2, 0.5 * i), met = share_within(reach) * tries_;
-      if (met > 0 &&
-          log_binomial_tail(met / alike, tries_ / alike, of_meeting_at_random(reach)) < std::log(hardly))
-        lattice_.push_back({reach, met / tries_});
+      const double beside = (own.all[i + 2] - own.all[i]) / 3;  // up to twice as far, on thrice the area
+      const double by_chance = std::max(of_meeting_at_random(reach_of(i)), -std::expm1(-beside / own.tries));
+      if (own.met[i] > 0 &&
+          log_binomial_tail(own.met[i] / alike, own.tries / alike, by_chance) < std::log(hardly))
+        lattice_.push_back({reach_of(i), own.met[i] / own.tries});
     }
+    if (lattice_.empty()) return;
+    tries_ = own.tries;
+    misfits_ = std::move(own.nearest);
+    std::sort(misfits_.begin(), misfits_.end());
   }
 
   /// Of the stems that were shifted onto the map itself those that met another within `reach` [m].
@@ -117,49 +142,49 @@ class stand {
     return std::min(1.0, share + 2 * std::sqrt(share * (1 - share) * alike / tries_));
   }
 
-  /// Distances [m] less than `reach`, increasing, from shifted stems to others. `tries` receives the number
-  /// of stems that were laid within the stand: what a shift lays beyond its border tells nothing.
-  std::vector<double> misfits_on_itself(const position_set& stems, double reach, double& tries) const {
+  meetings meetings_with_itself(const position_set& stems) const {
     constexpr std::size_t origins = 8, shifts = 4, most_stems = 64;
     const std::vector<Eigen::Vector3d>& at = stems.at;
-    std::vector<double> misfits;
-    if (at.size() < origins) return misfits;
+    meetings own;
+    if (at.size() < origins) return own;
     const std::size_t origin_step = at.size() / origins, step = (at.size() + most_stems - 1) / most_stems;
     std::vector<neighbor<double>> nearest;
     for (std::size_t o = 0; o < origins * origin_step; o += origin_step) {
       plan_->nearest(o, shifts, nearest);
       for (const auto& n : nearest) {
         const Eigen::Vector3d shift = at[n.index] - at[o];
-        for (std::size_t i = 0; i < at.size(); i += step) {
-          if (i == o) continue;  // laid on the stem that the shift was taken from
-          const surroundings laid = surroundings_of(at[i] + shift, stem_index(i), reach);
-          if (!laid.on_all_sides) continue;
-          if (laid.nearest < reach) misfits.push_back(laid.nearest);
-          ++tries;
-        }
+        for (std::size_t i = 0; i < at.size(); i += step)
+          if (i != o)  // which is laid on the stem that the shift was taken from
+            lay(at[i] + shift, stem_index(i), own);
       }
     }
-    std::sort(misfits.begin(), misfits.end());
-    return misfits;
+    std::partial_sum(own.met.begin(), own.met.end(), own.met.begin());
+    std::partial_sum(own.all.begin(), own.all.end(), own.all.begin());
+    return own;
   }
 
-  struct surroundings {
-    double nearest;     ///< [m] to the nearest stem, or out of reach
-    bool on_all_sides;  ///< stems stand: their mean is near the place. Half a circle has it at 0.42 radii.
-  };
-
-  /// How stems stand around a place; stem `itself` is not met there.
-  surroundings surroundings_of(const Eigen::Vector3d& place, stem_index itself, double reach) const {
-    constexpr double farthest_off = 0.35;
-    const double radius = std::max(reach, around * stem_radius_);
-    double nearest = radius * radius, count = 0;
+  /// Lays stem `itself`, which is not met there, at a place; counts what it meets by rings.
+  void lay(const Eigen::Vector3d& place, stem_index itself, meetings& own) const {
+    constexpr double farthest_off = 0.35;  // radii: half a circle of stems has its mean at 0.42
+    const double reach = reach_of(rings - 1), radius = std::max(reach, around * stem_radius_);
+    double nearest = reach * reach, count = 0;
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    const auto before = own.all;
     plan_->for_each_within(place.x(), place.y(), radius, [&](stem_index j, double squared) {
-      if (j != itself) nearest = std::min(nearest, squared);
       sum += plan_->at(j) - place.head<2>();
       ++count;
+      if (j == itself || squared >= reach * reach) return;
+      nearest = std::min(nearest, squared);
+      ++own.all[ring_of(squared)];
     });
-    return {std::sqrt(nearest), count > 0 && sum.norm() < farthest_off * radius * count};
+    if (count == 0 || sum.norm() >= farthest_off * radius * count) {
+      own.all = before;
+      return;
+    }
+    ++own.tries;
+    if (nearest >= reach * reach) return;
+    ++own.met[ring_of(nearest)];
+    own.nearest.push_back(std::sqrt(nearest));
   }
 
   std::shared_ptr<const plan_index> plan_;

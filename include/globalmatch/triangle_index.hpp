@@ -21,6 +21,13 @@
 
 namespace globalmatch {
 
+/// Vertices of triangles, found by their edge lengths [m].
+using triangle_grid = wrapped_grid<float, 3, std::array<stem_index, 3>>;
+
+inline triangle_grid::item by_edges(const triangle& t) {
+  return {{float(t.edges[0]), float(t.edges[1]), float(t.edges[2])}, t.vertices};
+}
+
 inline namespace GLOBALMATCH_THREADING {
 
 /// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
@@ -53,46 +60,38 @@ class triangle_index {
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;
-    constexpr std::size_t chunk = 1024;
-    struct made {
-      std::vector<std::array<stem_index, 3>> vertices;
-      std::vector<std::array<float, 3>> edges;
-    };
-    std::vector<made> of_chunk((makers + chunk - 1) / chunk);
+    constexpr std::size_t chunk = 1024, most_parts = 8;
+    constexpr float cell = 0.05f;  // [m] the finest tolerance that is asked for, as a rule
+    std::vector<std::vector<triangle_grid::item>> made((makers + chunk - 1) / chunk);
     parallel_chunks(how, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
-      made& own = of_chunk[begin / chunk];
       for (std::size_t i = begin; i < end; ++i) {
         const auto maker = static_cast<stem_index>(i * step);
         for_each_own_triangle(nearest, neighbors, step, maker, [&](stem_index a, stem_index b) {
           const triangle t = make_triangle(stems, {maker, a, b}, horizontal);
-          own.vertices.push_back(t.vertices);
-          own.edges.push_back({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])});
+          made[begin / chunk].push_back(by_edges(t));
         });
       }
     });
     std::size_t count = 0;
-    for (const made& own : of_chunk) count += own.vertices.size();
-    vertices_.reserve(count);
-    std::vector<std::array<float, 3>> edges;
-    edges.reserve(count);
-    for (made& own : of_chunk) {
-      vertices_.insert(vertices_.end(), own.vertices.begin(), own.vertices.end());
-      edges.insert(edges.end(), own.edges.begin(), own.edges.end());
-      own = {};
-    }
-    constexpr float cell = 0.2f;  // [m]
-    grid_ = wrapped_grid<float, 3>(count, cell, [&](std::size_t i) { return edges[i]; });
+    for (const auto& of_chunk : made) count += of_chunk.size();
+    const std::size_t parts = std::min({made.size(), std::size_t(thread_count(how)), most_parts});
+    triangles_ = triangle_grid(
+        count, cell, parts,
+        [&](std::size_t part, const auto& visit) {
+          for (std::size_t c = part * made.size() / parts; c < (part + 1) * made.size() / parts; ++c)
+            for (const triangle_grid::item& i : made[c]) visit(i);
+        },
+        [&](std::size_t all, const auto& work) { parallel_for(how, "triangle cells", all, work, 1); });
   }
 
-  std::size_t size() const { return vertices_.size(); }
+  std::size_t size() const { return triangles_.size(); }
 
   /// Calls `visit(vertices)` for the triangles whose edges differ by no more than `tolerance` [m], to the
   /// precision of a float.
   template <class Visit>
   void for_each_like(const triangle& t, double tolerance, const Visit& visit) const {
-    if (vertices_.empty()) return;
-    grid_.for_each_near({float(t.edges[0]), float(t.edges[1]), float(t.edges[2])}, float(tolerance),
-                        [&](const auto& item) { visit(vertices_[item.index]); });
+    if (size() == 0) return;
+    triangles_.for_each_near(by_edges(t).at, float(tolerance), [&](const auto& item) { visit(item.label); });
   }
 
  private:
@@ -115,8 +114,7 @@ class triangle_index {
       }
   }
 
-  std::vector<std::array<stem_index, 3>> vertices_;
-  wrapped_grid<float, 3> grid_;
+  triangle_grid triangles_;
 };
 
 }  // namespace GLOBALMATCH_THREADING
