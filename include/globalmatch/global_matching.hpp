@@ -90,22 +90,25 @@ class consensus_finder {
     correspondences_.erase(std::unique(correspondences_.begin(), correspondences_.end()),
                            correspondences_.end());
     number_of_.assign(maps.source.size() * target_count_, none);
-    for (std::uint32_t c = 0; c < correspondences_.size(); ++c) number(correspondences_[c]) = c;
+    for (std::uint32_t c = 0; c < correspondences_.size(); ++c) number_of_[place(correspondences_[c])] = c;
 
     votes_.assign(correspondences_.size(), 0);
     first_pair_.assign(correspondences_.size() + 1, 0);
     for (std::size_t u = 0; u < pairs.size(); ++u)
       for (std::size_t i = 0; i < 3; ++i) {
-        vertices_[u][i] = number({pairs[u].source[i], pairs[u].target[i]});
+        vertices_[u][i] = number_of_[place({pairs[u].source[i], pairs[u].target[i]})];
         ++votes_[vertices_[u][i]];
       }
+    votes_at_.assign(number_of_.size(), 0);
+    for (std::uint32_t c = 0; c < correspondences_.size(); ++c)
+      votes_at_[place(correspondences_[c])] = votes_[c];
     for (auto& v : vertices_)
       std::sort(v.begin(), v.end(), [&](std::uint32_t a, std::uint32_t b) { return votes_[a] > votes_[b]; });
     for (const auto& v : vertices_) ++first_pair_[v[0] + 1];
     std::partial_sum(first_pair_.begin(), first_pair_.end(), first_pair_.begin());
     by_first_vertex_.resize(pairs.size());
-    auto place = first_pair_;
-    for (std::uint32_t u = 0; u < pairs.size(); ++u) by_first_vertex_[place[vertices_[u][0]]++] = u;
+    auto next = first_pair_;
+    for (std::uint32_t u = 0; u < pairs.size(); ++u) by_first_vertex_[next[vertices_[u][0]]++] = u;
   }
 
   std::size_t size() const { return vertices_.size(); }
@@ -122,21 +125,15 @@ class consensus_finder {
   /// from its two stems.
   template <class Visit>
   void for_each_agreeing(std::uint32_t c, const Visit& visit) const {
-    const auto targets = target_.around(correspondences_[c].target);
-    std::size_t low = 0;
-    for (const auto& s : source_.around(correspondences_[c].source)) {
-      // Subtracted as in the test below, so that rounding cannot part the two.
-      while (low < targets.size() && s.distance - targets[low].distance >= tolerance_) ++low;
-      const std::uint32_t* const numbers = number_of_.data() + std::size_t(s.stem) * target_count_;
-      for (std::size_t k = low; k < targets.size() && targets[k].distance - s.distance < tolerance_; ++k)
-        if (numbers[targets[k].stem] != none) visit(numbers[targets[k].stem]);
-    }
+    for_each_alike(c, [&](std::size_t place) {
+      if (number_of_[place] != none) visit(number_of_[place]);
+    });
   }
 
   /// No consensus set of a seed with this correspondence has more pairs: each takes three votes.
   std::size_t bound(std::uint32_t c) const {
     std::size_t votes = 0;
-    for_each_agreeing(c, [&](std::uint32_t other) { votes += votes_[other]; });
+    for_each_alike(c, [&](std::size_t place) { votes += votes_at_[place]; });
     return 1 + votes / 3;
   }
 
@@ -175,8 +172,24 @@ class consensus_finder {
 
  private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
-  std::uint32_t& number(const correspondence& c) {
-    return number_of_[std::size_t(c.source) * target_count_ + c.target];
+
+  /// Calls `visit(place)` for the places, source by target, of stems as far from those of `c`.
+  template <class Visit>
+  void for_each_alike(std::uint32_t c, const Visit& visit) const {
+    const auto sources = source_.around(correspondences_[c].source);
+    const auto targets = target_.around(correspondences_[c].target);
+    std::size_t low = 0;
+    for (const auto& s : sources) {
+      // Subtracted as in the test below, so that rounding cannot part the two.
+      while (low < targets.size() && s.distance - targets[low].distance >= tolerance_) ++low;
+      const std::size_t row = std::size_t(s.stem) * target_count_;
+      for (std::size_t k = low; k < targets.size() && targets[k].distance - s.distance < tolerance_; ++k)
+        visit(row + targets[k].stem);
+    }
+  }
+
+  std::size_t place(const correspondence& c) const {
+    return std::size_t(c.source) * target_count_ + c.target;
   }
 
   detail::distance_order source_, target_;
@@ -184,8 +197,9 @@ class consensus_finder {
   double tolerance_;
   std::vector<std::array<std::uint32_t, 3>> vertices_;  // of each pair, as numbers of correspondences
   std::vector<correspondence> correspondences_;         // distinct, increasing
-  std::vector<std::uint32_t> number_of_;                // of a correspondence, source by target
-  std::vector<std::uint32_t> votes_;                    // pairs with this correspondence
+  std::vector<std::uint32_t> number_of_;                // of a correspondence, by place: source by target
+  std::vector<std::uint32_t> votes_;                    // pairs with this correspondence, ...
+  std::vector<std::uint32_t> votes_at_;                 // ... and by place: found in one step instead of two
   std::vector<std::size_t> first_pair_;                 // where those begin whose first vertex it is
   std::vector<std::uint32_t> by_first_vertex_;
 };
