@@ -283,7 +283,7 @@ TEST_CASE("match_stems in plan ignores heights that are wrong by metres") {
       CHECK(result.hypotheses[i].correspondences == expected.hypotheses[i].correspondences);
     const auto& best = result.hypotheses.front().target_from_source;
     for (const Eigen::Vector3d& p : views.source)
-      CHECK((best * p - views.target_from_source * p).head<2>().norm() < 0.03);
+      CHECK((best * p - views.target_from_source * p).head<2>().norm() < 0.04);
   }
 }
 
@@ -460,13 +460,13 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
       target[i].z() += scenes::uniform(random, 0.4, 0.9);  // ground hidden
     const matching result = match_stems(stems, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(result.funnel.correspondences >= 30);
+    CHECK(result.funnel.correspondences >= 36);
     CHECK(result.funnel.correspondences == undisturbed.funnel.correspondences);
     CHECK(result.tolerance < 0.1);
     CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.03);
     const matching strict = match_stems(stems, target, {.vertical_tolerance = 0.3});
     REQUIRE(strict.outcome == outcome::registered);
-    CHECK(strict.funnel.correspondences >= 22);
+    CHECK(strict.funnel.correspondences >= 26);
     CHECK(strict.funnel.correspondences <= 30);
   }
 }

@@ -27,21 +27,25 @@ inline double known_variance(const map_pair& maps, const correspondence& c) {
   return of(maps.source, c.source) + of(maps.target, c.target);
 }
 
-/// Variance [m^2] of each coordinate of the misfits that the known ones leave unexplained, as in a model of
-/// random effects; from their median, which some wrong pairs do not move.
-inline double unknown_variance(const map_pair& maps, const hypothesis& h) {
+/// Variance [m^2] of each coordinate of the misfits, from their median, which some wrong pairs do not move.
+inline double observed_variance(const map_pair& maps, const hypothesis& h) {
   const std::size_t dimensions = maps.in_plan() ? 2 : 3, unknowns = maps.in_plan() ? 3 : 6;
   const double median_of_chi_squared = maps.in_plan() ? 1.386 : 2.366;
   const std::size_t coordinates = dimensions * h.correspondences.size();
-  std::vector<double> squares, known;
-  for (const correspondence& c : h.correspondences) {
+  std::vector<double> squares;
+  for (const correspondence& c : h.correspondences)
     squares.push_back(std::pow(maps.misfit(h.target_from_source, c), 2));
-    known.push_back(known_variance(maps, c));
-  }
   const double fitted = double(coordinates) / double(coordinates - std::min(coordinates - 1, unknowns));
+  return fitted * median(squares) / median_of_chi_squared;
+}
+
+/// What the known variances leave of it unexplained, as in a model of random effects.
+inline double unknown_variance(const map_pair& maps, const hypothesis& h) {
+  std::vector<double> known;
+  for (const correspondence& c : h.correspondences) known.push_back(known_variance(maps, c));
   // No pair is much more certain than all of them look, and the weights of perfect maps are finite.
   constexpr double least_share = 0.1, least = 1e-6;  // [m]
-  const double observed = fitted * median(squares) / median_of_chi_squared;
+  const double observed = observed_variance(maps, h);
   return std::max({least * least, least_share * observed, observed - median(known)});
 }
 
@@ -99,6 +103,19 @@ inline void fit_robustly(hypothesis& h, const map_pair& maps) {
     h = std::move(fitted);
     if (!moved) return;
   }
+}
+
+/// Pairs stems also beyond the tolerance at which chance explains least, which leaves out one true pair in
+/// ten or more: within the first of `tolerances` [m], increasing, that three standard deviations of the
+/// misfits do not exceed; then fits robustly. What chance makes of the hypothesis is left as it was judged.
+inline void complete_pairs(hypothesis& h, const map_pair& maps, std::span<const double> tolerances) {
+  constexpr std::size_t least = 6;
+  constexpr double deviations = 3;
+  if (h.correspondences.size() < least) return;
+  const double wanted = deviations * std::sqrt(detail::observed_variance(maps, h));
+  for (const double tolerance : tolerances)
+    if (tolerance > h.tolerance && h.tolerance < wanted) h.tolerance = tolerance;
+  fit_robustly(h, maps);
 }
 
 }  // namespace globalmatch

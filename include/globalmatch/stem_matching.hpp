@@ -212,7 +212,8 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
 
 /// The best of ranked hypotheses as it is returned, and its rivals as they compare with it.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
-                                      chance by_chance, std::size_t most) {
+                                      chance by_chance, std::span<const double> tolerances,
+                                      std::size_t most) {
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
   fit_robustly(best, maps);
@@ -228,6 +229,7 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
     add_distinct(std::move(rival), settled, maps);
   }
   keep_best(settled, most);
+  complete_pairs(settled.front(), maps, tolerances);
   return settled;
 }
 
@@ -252,7 +254,7 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
   }
-  return settle(std::move(hypotheses), maps, by_chance, options.indexed.most_hypotheses);
+  return settle(std::move(hypotheses), maps, by_chance, pairing, options.indexed.most_hypotheses);
 }
 
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
