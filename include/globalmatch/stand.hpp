@@ -143,7 +143,7 @@ class stand {
   }
 
   meetings meetings_with_itself(const position_set& stems) const {
-    constexpr std::size_t origins = 8, shifts = 4, most_stems = 64;
+    constexpr std::size_t origins = 8, shifts = 4, most_stems = 32;
     const std::vector<Eigen::Vector3d>& at = stems.at;
     meetings own;
     if (at.size() < origins) return own;
