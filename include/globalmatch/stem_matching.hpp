@@ -268,6 +268,7 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   matching result;
   result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
+  report_progress(how, "plan index", 0);
   const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
                       options.vertical_tolerance);
   if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -45,7 +46,8 @@ class wrapped_grid {
       for (auto& of_part : places) place += std::exchange(of_part[c], place);
       first_[c + 1] = place;
     }
-    items_.resize(count);
+    items_.reset(new item[count]);  // not filled with zeros: each part touches its own memory first
+    size_ = count;
     run(parts, [&](std::size_t part) {
       for_each_of(part, [&](const item& i) { items_[places[part][bucket(i.at)]++] = i; });
     });
@@ -61,14 +63,14 @@ class wrapped_grid {
             },
             [](std::size_t, const auto& work) { work(0); }) {}
 
-  std::size_t size() const { return items_.size(); }
+  std::size_t size() const { return size_; }
 
   /// Points in the cell of a point, on average over the points: few where the width of cells suits them.
   double crowding() const {
     double squares = 0;
     for (std::size_t b = 0; b + 1 < first_.size(); ++b)
       squares += std::pow(double(first_[b + 1] - first_[b]), 2);
-    return items_.empty() ? 0 : squares / double(items_.size());
+    return size_ == 0 ? 0 : squares / double(size_);
   }
 
   /// Calls `visit(item)` for the points within `reach` of `center` in every coordinate, each once; the order
@@ -144,7 +146,8 @@ class wrapped_grid {
   T per_unit_ = 1;
   unsigned bits_ = 0;                          // of the cell number in each dimension
   std::vector<std::uint32_t> first_ = {0, 0};  // where each cell's items begin
-  std::vector<item> items_;
+  std::size_t size_ = 0;
+  std::shared_ptr<item[]> items_;
 };
 
 }  // namespace globalmatch
