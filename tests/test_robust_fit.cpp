@@ -1,5 +1,6 @@
 #include "globalmatch/robust_fit.hpp"
 
+#include <array>
 #include <numeric>
 
 #include "catch.hpp"
@@ -160,6 +161,38 @@ TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as th
   fit_robustly(h, maps);
   CHECK(h.target_from_source.matrix() == given.target_from_source.matrix());
   CHECK(h.correspondences == given.correspondences);
+}
+
+TEST_CASE("pairs are completed as far as their scatter reaches, and no farther") {
+  random_source random(9);
+  const scene s = noisy_scene(random, 200, [](std::size_t) { return 0.02; });
+  const map_pair maps(s.source, s.target, false, four);
+  hypothesis h = s.least_squares(maps, 0.04);  // two standard deviations
+  h.log10_false_alarms = -12.5;
+  const std::size_t before = h.correspondences.size();
+  REQUIRE(before < 185);
+  SECTION("where a longer reach may be had") {
+    const std::array tolerances = {0.02, 0.04, 0.057, 0.08, 0.113, 0.16};
+    complete_pairs(h, maps, tolerances);
+    CHECK(h.correspondences.size() >= 194);
+    CHECK(h.tolerance > 0.04);
+    CHECK(h.tolerance <= 0.08);
+    CHECK(h.log10_false_alarms == -12.5);
+    CHECK(s.error(h) < 0.006);
+  }
+  SECTION("not where the caller set the tolerance") {
+    const std::array tolerances = {0.04};
+    complete_pairs(h, maps, tolerances);
+    CHECK(h.tolerance == 0.04);
+    CHECK(std::abs(double(h.correspondences.size()) - double(before)) <= 4);
+  }
+  SECTION("not where few pairs tell no scatter") {
+    h.correspondences.resize(5);
+    const hypothesis few = h;
+    complete_pairs(h, maps, std::array{0.04, 0.08});
+    CHECK(h.tolerance == few.tolerance);
+    CHECK(h.correspondences == few.correspondences);
+  }
 }
 
 }  // namespace globalmatch

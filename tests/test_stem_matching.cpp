@@ -125,7 +125,7 @@ TEST_CASE("match_stems does not register two unrelated maps of thirty stems") {
   }
 }
 
-TEST_CASE("match_stems never registers unrelated rows, however many stems meet along them") {
+TEST_CASE("match_stems never registers unrelated rows, however many stems meet along them", "[slow]") {
   for (const int rows : {10, 20, 40}) {
     CAPTURE(rows);
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
