@@ -55,7 +55,7 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   };
   for (const triangle& triplet : source_triplets)
     for_each_admissible_order(triplet, tolerance, [&](const triangle& t) {
-      target_grid.for_each_near(by_edges(t).at, float(tolerance), [&](const auto& item) {
+      target_grid.for_each_near(edge_point(t), float(tolerance), [&](const auto& item) {
         const auto& like = item.label;
         ++result.like_pairs;
         try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});

@@ -1,12 +1,13 @@
 // Local matching ([GM] 3.2.2): for every target triangle the most similar source triangle.
 // In: triangles of both maps. Out: congruent triangle pairs. Parallel over target triangles.
-// Cost: target triangles times the source triangles whose longest edge is within the tolerance.
+// Cost: target triangles times the source triangles whose edges are within some tolerances.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <stdexcept>
@@ -16,6 +17,7 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/triangles.hpp"
+#include "globalmatch/wrapped_grid.hpp"
 
 namespace globalmatch {
 
@@ -46,32 +48,27 @@ inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& sou
                                                 const std::vector<triangle>& target, double tolerance,
                                                 const execution& how = {}) {
   if (!(tolerance > 0)) throw std::invalid_argument("tolerance must be positive");
-  struct candidate {
-    triangle ordered;
-    std::size_t source;
-  };
-  std::vector<candidate> candidates;
-  for (std::size_t s = 0; s < source.size(); ++s)
-    for_each_admissible_order(source[s], tolerance, [&](const triangle& ordered) {
-      candidates.push_back({ordered, s});
-    });
-  std::stable_sort(candidates.begin(), candidates.end(), [](const candidate& a, const candidate& b) {
-    return a.ordered.edges[0] < b.ordered.edges[0];
+  std::vector<triangle> candidates;
+  candidates.reserve(source.size());
+  for (const triangle& s : source)
+    for_each_admissible_order(s, tolerance, [&](const triangle& ordered) { candidates.push_back(ordered); });
+  using grid = wrapped_grid<float, 3>;
+  const grid by_edges(candidates.size(), float(tolerance), [&](std::size_t c) {
+    return grid::item{edge_point(candidates[c]), static_cast<std::uint32_t>(c)};
   });
 
   std::vector<std::optional<triangle_pair>> best_of(target.size());
   parallel_for(how, "local matching", target.size(), [&](std::size_t t) {
-    const double longest = target[t].edges[0];
-    auto c =
-        std::lower_bound(candidates.begin(), candidates.end(), longest - tolerance,
-                         [](const candidate& other, double edge) { return other.ordered.edges[0] < edge; });
-    auto least = std::pair(std::numeric_limits<double>::infinity(), source.size());
-    for (; c != candidates.end() && c->ordered.edges[0] <= longest + tolerance; ++c) {
-      const auto dissimilarity = local_dissimilarity(c->ordered, target[t], tolerance);
-      if (!dissimilarity || std::pair(*dissimilarity, c->source) >= least) continue;
-      least = {*dissimilarity, c->source};
-      best_of[t] = triangle_pair{c->ordered.vertices, target[t].vertices, *dissimilarity};
-    }
+    // The grid rounds to floats: it may show too many, but hides none.
+    const double rounding = 4 * std::numeric_limits<float>::epsilon() * (target[t].edges[0] + tolerance);
+    auto least = std::pair(std::numeric_limits<double>::infinity(), candidates.size());
+    by_edges.for_each_near(edge_point(target[t]), float(tolerance + rounding), [&](const grid::item& near) {
+      const triangle& ordered = candidates[near.label];
+      const auto dissimilarity = local_dissimilarity(ordered, target[t], tolerance);
+      if (!dissimilarity || std::pair(*dissimilarity, std::size_t(near.label)) >= least) return;
+      least = {*dissimilarity, near.label};
+      best_of[t] = triangle_pair{ordered.vertices, target[t].vertices, *dissimilarity};
+    });
   });
   std::vector<triangle_pair> pairs;
   for (const auto& best : best_of)

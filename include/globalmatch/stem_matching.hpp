@@ -150,9 +150,8 @@ inline prepared_map prepare_positions(position_set stems, bool in_plan,
 inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double tolerance,
                                                     const matching_options& options, matching_funnel& funnel,
                                                     const execution& how) {
-  report_progress(how, "triangles", 0);
-  const auto source_triangles = build_triangles(maps.source, maps.horizontal, options.triangles);
-  const auto target_triangles = build_triangles(maps.target, maps.horizontal, options.triangles);
+  const auto source_triangles = build_triangles(maps.source, maps.horizontal, options.triangles, how);
+  const auto target_triangles = build_triangles(maps.target, maps.horizontal, options.triangles, how);
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
   funnel.source_triangles = source_triangles.size();
   funnel.target_triangles = target_triangles.size();

@@ -25,7 +25,7 @@ namespace globalmatch {
 using triangle_grid = wrapped_grid<float, 3, std::array<stem_index, 3>>;
 
 inline triangle_grid::item by_edges(const triangle& t) {
-  return {{float(t.edges[0]), float(t.edges[1]), float(t.edges[2])}, t.vertices};
+  return {edge_point(t), t.vertices};
 }
 
 inline namespace GLOBALMATCH_THREADING {
@@ -91,7 +91,7 @@ class triangle_index {
   template <class Visit>
   void for_each_like(const triangle& t, double tolerance, const Visit& visit) const {
     if (size() == 0) return;
-    triangles_.for_each_near(by_edges(t).at, float(tolerance), [&](const auto& item) { visit(item.label); });
+    triangles_.for_each_near(edge_point(t), float(tolerance), [&](const auto& item) { visit(item.label); });
   }
 
  private:

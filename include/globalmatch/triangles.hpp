@@ -1,5 +1,6 @@
 // Triangle construction ([GM] 3.2.1): every stem with each two of its K nearest stems, each triangle once.
-// In: stem positions. Out: triangles with canonical vertex order. Cost: O(n log n + n K^2).
+// In: stem positions. Out: triangles with canonical vertex order. Parallel over stems.
+// Cost: O(n log n + n K^2).
 #pragma once
 
 #include <Eigen/Core>
@@ -11,9 +12,9 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
-#include <tuple>
 #include <vector>
 
+#include "globalmatch/execution.hpp"
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
@@ -57,40 +58,68 @@ inline triangle make_triangle(const position_set& stems, std::array<stem_index, 
   return {v, e, longest_in_plan > 0 ? std::abs(a.x() * b.y() - a.y() * b.x()) / longest_in_plan : 0};
 }
 
-/// All distinct local triangles, ordered by their sorted vertices.
+/// Edge lengths [m] as a point that the triangle is found at.
+inline std::array<float, 3> edge_point(const triangle& t) {
+  return {float(t.edges[0]), float(t.edges[1]), float(t.edges[2])};
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// All distinct local triangles, ordered by their sorted vertices. Throws `std::invalid_argument` for options
+/// that make no sense, and `operation_cancelled`.
 inline std::vector<triangle> build_triangles(const position_set& stems, bool horizontal,
-                                             const triangle_options& options = {}) {
+                                             const triangle_options& options = {},
+                                             const execution& how = {}) {
   require_valid(options);
+  const std::size_t size = stems.size();
   const auto neighbors = std::size_t(options.neighbors);
-  const neighbor_tree<double, 3> tree(stems.size(), [&](std::size_t i) {
+  const neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
     return Eigen::Vector3d(stems.at[i].x(), stems.at[i].y(), horizontal ? 0.0 : stems.at[i].z());
   });
-  std::vector<std::uint64_t> triplets;  // vertices of each, the least one in the highest bits
-  constexpr unsigned bits = 21;
-  constexpr std::uint64_t mask = (std::uint64_t(1) << bits) - 1;
-  if (stems.size() > mask) throw std::invalid_argument("triangles: more than two million stems");
-  std::vector<neighbor<double>> nearest;
-  for (stem_index i = 0; i < stems.size(); ++i) {
-    tree.nearest(tree[i], neighbors + 1, nearest);
-    std::erase_if(nearest, [&](const neighbor<double>& n) { return n.index == i; });
-    nearest.resize(std::min(nearest.size(), neighbors));  // duplicates of stem i may have crowded it out
-    for (std::size_t j = 0; j < nearest.size(); ++j)
-      for (std::size_t k = j + 1; k < nearest.size(); ++k) {
-        std::array<std::uint64_t, 3> v = {i, nearest[j].index, nearest[k].index};
-        std::sort(v.begin(), v.end());
-        triplets.push_back(v[0] << 2 * bits | v[1] << bits | v[2]);
-      }
+  constexpr std::size_t chunk = 32;
+  using triplet = std::array<stem_index, 3>;  // sorted
+  std::vector<std::vector<triplet>> found((size + chunk - 1) / chunk);
+  parallel_chunks(how, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
+    auto& own = found[begin / chunk];
+    own.reserve((end - begin) * neighbors * (neighbors - 1) / 2);
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t i = begin; i < end; ++i) {
+      tree.nearest(tree[i], neighbors + 1, nearest);
+      std::erase_if(nearest, [&](const neighbor<double>& n) { return n.index == i; });
+      nearest.resize(std::min(nearest.size(), neighbors));  // duplicates of stem i may have crowded it out
+      for (std::size_t j = 0; j < nearest.size(); ++j)
+        for (std::size_t k = j + 1; k < nearest.size(); ++k) {
+          triplet t = {static_cast<stem_index>(i), nearest[j].index, nearest[k].index};
+          std::sort(t.begin(), t.end());
+          own.push_back(t);
+        }
+    }
+  });
+  std::vector<std::vector<triplet>> by_least(found.size());  // those of as many stems each
+  for (auto& own : found) {
+    for (const triplet& t : own) by_least[t[0] / chunk].push_back(t);
+    own = {};
   }
-  std::sort(triplets.begin(), triplets.end());
-  triplets.erase(std::unique(triplets.begin(), triplets.end()), triplets.end());
+  std::vector<std::vector<triangle>> made(by_least.size());
+  parallel_for(
+      how, "triangles", by_least.size(),
+      [&](std::size_t c) {
+        auto& triplets = by_least[c];
+        std::sort(triplets.begin(), triplets.end());
+        triplets.erase(std::unique(triplets.begin(), triplets.end()), triplets.end());
+        made[c].reserve(triplets.size());
+        for (const triplet& t : triplets) made[c].push_back(make_triangle(stems, t, horizontal));
+      },
+      1);
   std::vector<triangle> triangles;
-  triangles.reserve(triplets.size());
-  for (const std::uint64_t t : triplets) {
-    const auto vertex = [&](unsigned shift) { return static_cast<stem_index>(t >> shift & mask); };
-    triangles.push_back(make_triangle(stems, {vertex(2 * bits), vertex(bits), vertex(0)}, horizontal));
-  }
+  std::size_t count = 0;
+  for (const auto& own : made) count += own.size();
+  triangles.reserve(count);
+  for (const auto& own : made) triangles.insert(triangles.end(), own.begin(), own.end());
   return triangles;
 }
+
+}  // namespace GLOBALMATCH_THREADING
 
 /// Calls `visit(triangle)` for every order that the triangle may canonically have in another scan, where
 /// edges differ by less than `tolerance` [m]: any vertex opposite an edge within twice the tolerance of the
