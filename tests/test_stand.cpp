@@ -57,7 +57,7 @@ TEST_CASE("rows meet one another far more often than random stems as dense, at c
 
 TEST_CASE("clumps are not taken for rows") {
   int taken = 0;
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20}) {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     random_source random(seed);
     positions stems;
     for (const Eigen::Vector3d& center : scenes::random_stems(random, 4, 20, 20))

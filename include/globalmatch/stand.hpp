@@ -93,13 +93,13 @@ class stand {
   static constexpr double around = 3;  // stem radii: a circle that holds nine stems
   static constexpr double alike = 4;   // two like pairs of stems meet as each is laid on the other, and back
 
-  static constexpr double least_reach = 0.03;              // [m]
-  static constexpr int reaches = 12, rings = reaches + 2;  // up to twice as far
-  static double reach_of(int i) { return least_reach * std::pow(2, 0.5 * i); }
+  static constexpr double least_reach = 0.03;                      // [m]
+  static constexpr std::size_t reaches = 12, rings = reaches + 2;  // up to twice as far
+  static double reach_of(std::size_t i) { return least_reach * std::pow(2, 0.5 * double(i)); }
   /// The first reach that a distance is less than, by its square [m^2].
   static std::size_t ring_of(double squared) {
     const double doublings = squared / (least_reach * least_reach);
-    return doublings < 1 ? 0 : std::min(std::size_t(std::ilogb(doublings)) + 1, std::size_t(rings - 1));
+    return doublings < 1 ? 0 : std::min(std::size_t(std::ilogb(doublings)) + 1, rings - 1);
   }
 
   /// What stems of a map meet that is laid on itself.
@@ -117,7 +117,7 @@ class stand {
   void find_lattice(const position_set& stems) {
     constexpr double hardly = 1e-6;  // chance of what only rows do
     meetings own = meetings_with_itself(stems);
-    for (int i = 0; i < reaches; ++i) {
+    for (std::size_t i = 0; i < reaches; ++i) {
       const double beside = (own.all[i + 2] - own.all[i]) / 3;  // up to twice as far, on thrice the area
       const double by_chance = std::max(of_meeting_at_random(reach_of(i)), -std::expm1(-beside / own.tries));
       if (own.met[i] > 0 &&
