@@ -29,7 +29,7 @@ class wrapped_grid {
   /// Points in parts that may be sorted into cells at the same time. `cell` is the width of cells in the unit
   /// of the points, of which there are `count`. `for_each_of(part, visit)` calls `visit(item)` for those of a
   /// part, the same twice. `run(parts, work)` calls `work(part)` for each. In a cell items keep their order,
-  /// whatever the parts. Cost: O(count), and 2 bytes of memory for each point and part on the way.
+  /// whatever the parts. Cost: O(count), and 4 bytes for each cell and part on the way.
   template <class ForEachOf, class Run>
   wrapped_grid(std::size_t count, T cell, std::size_t parts, const ForEachOf& for_each_of, const Run& run)
       : per_unit_(1 / cell) {
