@@ -6,8 +6,10 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <stdexcept>
 #include <string_view>
@@ -24,10 +26,16 @@ struct view_options {
   double false_stems = 0.10;  ///< added, as a share of those
 };
 
+/// How stems of a forest stand.
+struct stand_options {
+  double jitter = 0.12;  ///< [m] standard deviation of stems in rows, in each coordinate in plan
+};
+
 /// Two maps of one forest and the true motion between them.
 struct two_maps {
   positions source, target;
   Eigen::Isometry3d target_from_source;
+  std::size_t common = 0;  ///< stems in both
 };
 
 inline double uniform(random_source& random, double from, double to) {
@@ -43,10 +51,12 @@ inline double relief(double x, double y) {
   return 2 * std::sin(x / 17) + 1.5 * std::cos(y / 13);
 }
 
-/// Stems on `width` by `depth` [m]: "random" and "clumped" with 900 a hectare, "rows" 3 m apart with 12 cm of
-/// jitter.
-inline positions plant(std::string_view layout, double width, double depth, random_source& random) {
-  constexpr double density = 0.09, row_spacing = 3, jitter = 0.12, stems_a_clump = 12, clump_spread = 2.5;
+/// Stems on `width` by `depth` [m], 900 a hectare. For what is shown and tuned: "random", "clumped", and "rows"
+/// 3 m apart. For what must hold elsewhere as well: "spaced" at least 2 m apart, "gradient", ever denser along
+/// x, and "staggered" rows, each shifted by half a spacing.
+inline positions plant(std::string_view layout, double width, double depth, random_source& random,
+                       const stand_options& stand = {}) {
+  constexpr double density = 0.09, row_spacing = 3, stems_a_clump = 12, clump_spread = 2.5, apart = 2;
   positions stems;
   const auto add = [&](double x, double y) { stems.push_back({x, y, relief(x, y)}); };
   const auto count = std::size_t(width * depth * density);
@@ -60,31 +70,38 @@ inline positions plant(std::string_view layout, double width, double depth, rand
       const Eigen::Vector3d& center = centers[random.below(static_cast<std::uint32_t>(centers.size()))];
       add(center.x() + clump_spread * random.normal(), center.y() + clump_spread * random.normal());
     }
-  } else if (layout == "rows") {
-    for (double x = 0; x < width; x += row_spacing)
-      for (double y = 0; y < depth; y += row_spacing)
-        add(x + jitter * random.normal(), y + jitter * random.normal());
+  } else if (layout == "rows" || layout == "staggered") {
+    bool shifted = false;
+    for (double x = 0; x < width; x += row_spacing, shifted = !shifted)
+      for (double y = layout == "staggered" && shifted ? row_spacing / 2 : 0; y < depth; y += row_spacing)
+        add(x + stand.jitter * random.normal(), y + stand.jitter * random.normal());
+  } else if (layout == "spaced") {
+    for (std::size_t i = 0; i < count; ++i) {
+      const Eigen::Vector3d p(uniform(random, 0, width), uniform(random, 0, depth), 0);
+      if (std::all_of(stems.begin(), stems.end(),
+                      [&](const Eigen::Vector3d& q) { return (p - q).head<2>().norm() >= apart; }))
+        add(p.x(), p.y());
+    }
+  } else if (layout == "gradient") {
+    for (std::size_t i = 0; i < count; ++i)
+      add(width * std::sqrt(random.uniform()), uniform(random, 0, depth));
   } else {
-    throw std::invalid_argument("layout must be random, clumped or rows");
+    throw std::invalid_argument("layout must be random, clumped, rows, spaced, gradient or staggered");
   }
   return stems;
 }
 
-/// Two maps of about `stems` stems each that share `overlap` of their area.
-inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, double overlap,
-                                 const view_options& options, random_source& random) {
-  const double density = layout == "rows" ? 1.0 / 9 : 0.09;
-  const double side = std::sqrt(double(stems) / (density * options.detected * (1 + options.false_stems)));
-  const double width = (2 - overlap) * side;
-  two_maps maps;
-  maps.target_from_source =
-      Eigen::Translation3d(50, -60, 7) *
-      Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
-  for (const Eigen::Vector3d& p : plant(layout, width, side, random)) {
-    if (p.x() < side && random.uniform() < options.detected)
-      maps.source.push_back(p + gaussian(random, options.noise));
-    if (p.x() > width - side && random.uniform() < options.detected)
+/// Two maps of a forest on `width` by `side` [m] and more: squares of that side, at both ends of it.
+inline two_maps look_twice(const positions& forest, double width, double side, const view_options& options,
+                           const Eigen::Isometry3d& target_from_source, random_source& random) {
+  two_maps maps{{}, {}, target_from_source};
+  for (const Eigen::Vector3d& p : forest) {
+    const bool in_source = p.x() < side && random.uniform() < options.detected;
+    if (in_source) maps.source.push_back(p + gaussian(random, options.noise));
+    const bool in_target = p.x() > width - side && random.uniform() < options.detected;
+    if (in_target)
       maps.target.push_back(maps.target_from_source * Eigen::Vector3d(p + gaussian(random, options.noise)));
+    maps.common += in_source && in_target;
   }
   const auto add_false = [&](positions& map, double from, const Eigen::Isometry3d& motion) {
     for (auto i = std::size_t(options.false_stems * double(map.size())); i > 0; --i) {
@@ -95,6 +112,22 @@ inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, dou
   add_false(maps.source, 0, Eigen::Isometry3d::Identity());
   add_false(maps.target, width - side, maps.target_from_source);
   return maps;
+}
+
+inline Eigen::Isometry3d any_yaw_elsewhere(random_source& random) {
+  return Eigen::Translation3d(50, -60, 7) *
+         Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
+}
+
+/// Two maps of about `stems` stems each that share `overlap` of their area.
+inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, double overlap,
+                                 const view_options& options, random_source& random,
+                                 const stand_options& stand = {}) {
+  const double density = layout == "rows" || layout == "staggered" ? 1.0 / 9 : 0.09;
+  const double side = std::sqrt(double(stems) / (density * options.detected * (1 + options.false_stems)));
+  const double width = (2 - overlap) * side;
+  const Eigen::Isometry3d target_from_source = any_yaw_elsewhere(random);
+  return look_twice(plant(layout, width, side, random, stand), width, side, options, target_from_source, random);
 }
 
 /// Largest distance [m] between where two motions lay the stems.

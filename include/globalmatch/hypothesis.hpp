@@ -39,6 +39,7 @@ struct hypothesis {
   double tolerance = 0;           ///< [m] stems this near each other were paired
   double log10_false_alarms = 0;  ///< motions by chance that pair as many stems; see `significance.hpp`
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
+  bool told_by_gaps = false;  ///< chance explains its stems better than the gaps in the rows that it lays on gaps
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };

@@ -84,6 +84,9 @@ class stand {
     return p;
   }
 
+  /// Whether stems repeat at some shifts more often than chance makes them.
+  bool is_in_rows() const { return !lattice_.empty(); }
+
   /// Whether stems stand around a place.
   bool surrounds(const Eigen::Vector3d& place) const {
     return plan_->any_within(place.x(), place.y(), around * stem_radius_);

@@ -22,6 +22,8 @@
 #include "globalmatch/global_matching.hpp"
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/indexed_matching.hpp"
+#include "globalmatch/lattice.hpp"
+#include "globalmatch/lattice_gaps.hpp"
 #include "globalmatch/lattice_rivals.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/plan_index.hpp"
@@ -33,6 +35,7 @@
 #include "globalmatch/transform.hpp"
 #include "globalmatch/triangle_index.hpp"
 #include "globalmatch/triangles.hpp"
+#include "globalmatch/uncertainty.hpp"
 #include "globalmatch/verdict.hpp"
 
 namespace globalmatch {
@@ -80,8 +83,12 @@ struct matching {
   globalmatch::outcome outcome = outcome::not_registered;
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
-  std::vector<hypothesis> hypotheses;  ///< ranked, distinct; indices into the caller's positions
-  bool horizontal = false;             ///< heights were ignored
+  /// Ranked; indices into the caller's positions. The best one, and its rivals: those that lay stems elsewhere,
+  /// and that chance alone does not explain, were stems to stand at random; at least two, where two were found.
+  std::vector<hypothesis> hypotheses;
+  std::optional<motion_uncertainty> uncertainty;  ///< of `target_from_source`, in the target's frame
+  std::optional<globalmatch::lattice> rows;       ///< of the target, levelled, where it stands in rows
+  bool horizontal = false;                        ///< heights were ignored
   double tolerance = 0;                ///< [m] that was used
   matching_funnel funnel;
 };
@@ -209,10 +216,33 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
   return stand(paired, std::make_shared<plan_index>(paired));
 }
 
-/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it.
+/// Of a stand in rows: adds what its gaps tell, to the evidence and to the hypotheses, all weighed at one
+/// tolerance.
+inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& maps, const chance& by_chance,
+                          const lattice& rows) {
+  constexpr std::size_t most = 16;
+  rank(hypotheses);
+  const double tolerance = hypotheses.front().tolerance;
+  const lattice_gaps gaps(maps, rows, hypotheses.front());
+  for (hypothesis& h : gaps.propose(tolerance, most)) {
+    weigh(h, maps, by_chance, std::span(&tolerance, 1));
+    hypotheses.push_back(std::move(h));
+  }
+  std::vector<hypothesis> distinct;
+  for (hypothesis& h : hypotheses) {
+    const double by_gaps = gaps.log10_false_alarms(h.target_from_source);
+    h.told_by_gaps = by_gaps < h.log10_false_alarms;
+    h.log10_false_alarms = std::min(h.log10_false_alarms, by_gaps);
+    add_distinct(std::move(h), distinct, maps);
+  }
+  hypotheses = std::move(distinct);
+}
+
+/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `rows`: the lattice
+/// of the target where it has one.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
                                       chance by_chance, std::span<const double> tolerances,
-                                      std::size_t most) {
+                                      const std::optional<lattice>& rows, std::size_t most) {
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
   fit_robustly(best, maps);
@@ -227,15 +257,16 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
     weigh(rival, maps, by_chance, std::span(&tolerance, 1));
     add_distinct(std::move(rival), settled, maps);
   }
+  if (rows) weigh_by_gaps(settled, maps, by_chance, *rows);
   keep_best(settled, most);
   complete_pairs(settled.front(), maps, tolerances);
   return settled;
 }
 
-/// Ranked hypotheses, weighed against chance.
+/// Ranked hypotheses, weighed against chance. `rows`: the lattice of the target where it has one.
 inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
-                                       const matching_options& options, matching_funnel& funnel,
-                                       const execution& how) {
+                                       const std::optional<lattice>& rows, const matching_options& options,
+                                       matching_funnel& funnel, const execution& how) {
   using tolerances = std::span<const double>;
   const tolerances proposing = options.tolerance ? tolerances(&*options.tolerance, 1) : proposal_tolerances;
   const tolerances pairing = options.tolerance ? proposing : pairing_tolerances;
@@ -253,7 +284,38 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
   }
-  return settle(std::move(hypotheses), maps, by_chance, pairing, options.indexed.most_hypotheses);
+  return settle(std::move(hypotheses), maps, by_chance, pairing, rows, options.indexed.most_hypotheses);
+}
+
+/// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next best
+/// one.
+inline void forget_what_chance_explains(std::vector<hypothesis>& hypotheses, const verdict_options& options) {
+  const auto explained = [&](const hypothesis& h) {
+    return std::min(h.log10_false_alarms, h.log10_false_alarms_at_random) > std::log10(options.most_false_alarms);
+  };
+  if (hypotheses.size() > 2)
+    hypotheses.erase(std::remove_if(hypotheses.begin() + 2, hypotheses.end(), explained), hypotheses.end());
+}
+
+/// Judges the hypotheses, which are in the frames of `maps`, and tells the caller in theirs.
+inline void conclude(matching& result, const map_pair& maps, const matching_options& options) {
+  const verdict judged = judge(result.hypotheses, maps, options.verdict);
+  result.outcome = judged.outcome;
+  result.reason = judged.reason;
+  if (result.hypotheses.empty()) {
+    result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
+    return;
+  }
+  if (result.outcome == outcome::registered) {
+    result.uncertainty = uncertainty_of(result.hypotheses.front(), maps);
+    if (result.uncertainty) result.uncertainty = in_caller_frame(*result.uncertainty, maps.target.frame);
+  }
+  for (hypothesis& h : result.hypotheses) in_caller_frames(h, maps.source, maps.target);
+  const hypothesis& best = result.hypotheses.front();
+  result.tolerance = best.tolerance;
+  result.funnel.consensus = best.consensus;
+  result.funnel.correspondences = best.correspondences.size();
+  if (result.outcome == outcome::registered) result.target_from_source = best.target_from_source;
 }
 
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
@@ -276,26 +338,17 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
                                     : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
-  result.hypotheses = propose(maps, target, options, result.funnel, how);
+  const bool in_rows = target.background->is_in_rows();
+  result.rows = in_rows ? find_lattice(*maps.target_plan) : std::nullopt;
+  result.hypotheses = propose(maps, target, result.rows, options, result.funnel, how);
+  forget_what_chance_explains(result.hypotheses, options.verdict);
   if (swapped) {
     for (hypothesis& h : result.hypotheses) h = reversed(std::move(h));
     std::swap(result.funnel.source_stems, result.funnel.target_stems);
     std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
+    if (in_rows) result.rows = find_lattice(*maps.source_plan);
   }
-  const verdict judged = judge(result.hypotheses, swapped ? maps.reversed() : maps, options.verdict);
-  result.outcome = judged.outcome;
-  result.reason = judged.reason;
-  for (hypothesis& h : result.hypotheses)
-    swapped ? in_caller_frames(h, target.stems, source) : in_caller_frames(h, source, target.stems);
-  if (!result.hypotheses.empty()) {
-    const hypothesis& best = result.hypotheses.front();
-    result.tolerance = best.tolerance;
-    result.funnel.consensus = best.consensus;
-    result.funnel.correspondences = best.correspondences.size();
-    if (result.outcome == outcome::registered) result.target_from_source = best.target_from_source;
-  } else {
-    result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
-  }
+  conclude(result, swapped ? maps.reversed() : maps, options);
   return result;
 }
 

@@ -1,0 +1,195 @@
+// Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands on
+// a lattice: outcomes, and how probable right ones were said to be.
+#include <globalmatch/stem_matching.hpp>
+
+#include "stem_layouts.hpp"
+#include "support/atomic_file.hpp"
+#include "support/command_line.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <iomanip>
+#include <iostream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+using namespace globalmatch;
+using namespace globalmatch::benchmarks;
+
+namespace {
+
+/// Two maps, and what is known of them.
+struct trial {
+  std::string layout;
+  double noise = 0, overlap = 0;
+  two_maps maps;
+};
+
+using draw = std::function<trial(random_source&)>;
+
+template <class T>
+const T& any_of(const std::vector<T>& values, random_source& random) {
+  return values[random.below(static_cast<std::uint32_t>(values.size()))];
+}
+
+/// As many in each octave.
+std::size_t any_size(double least, double most, random_source& random) {
+  return std::size_t(std::round(least * std::pow(most / least, random.uniform())));
+}
+
+/// Maps of different stands of one kind.
+trial different_stands(random_source& random) {
+  trial t;
+  t.layout = any_of<std::string>({"random", "rows", "clumped"}, random);
+  t.noise = any_of<double>({0.02, 0.10}, random);
+  const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
+  const std::size_t stems = any_size(20, 500, random);
+  const auto view = [&] {
+    return overlapping_maps(t.layout, stems, 1, {.noise = t.noise}, random, stand);
+  };
+  t.maps = view();
+  t.maps.target = view().target;
+  t.maps.common = 0;
+  return t;
+}
+
+/// Maps that share 5 to 100 % of their area, of layouts and with noise as told.
+draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, double least_overlap,
+               double most_overlap, double least_detected, double most_false) {
+  return [=](random_source& random) {
+    trial t;
+    t.layout = any_of(layouts, random);
+    t.noise = any_of(noises, random);
+    t.overlap = uniform(random, least_overlap, most_overlap);
+    const view_options view{.noise = t.noise,
+                            .detected = uniform(random, least_detected, 1),
+                            .false_stems = uniform(random, 0, most_false)};
+    const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
+    t.maps = overlapping_maps(t.layout, any_size(20, 500, random), t.overlap, view, random, stand);
+    return t;
+  };
+}
+
+/// Perfect lattices of 10 to 20 rows and columns, wholly seen by both scans; `missing` of their trees are.
+draw planted_lattice(double missing, std::size_t least_gaps) {
+  return [=](random_source& random) {
+    trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice", .noise = 0.02, .overlap = 1, .maps = {}};
+    std::size_t gaps = 0;
+    do {
+      const double spacing = uniform(random, 2, 4);
+      const auto columns = 10 + random.below(11), rows = 10 + random.below(11);
+      positions stems;
+      gaps = 0;
+      for (std::uint32_t c = 0; c < columns; ++c)
+        for (std::uint32_t r = 0; r < rows; ++r) {
+          if (random.uniform() < missing)
+            ++gaps;
+          else
+            stems.push_back({c * spacing, r * spacing, 0});
+        }
+      const double all = columns * spacing;
+      t.maps = look_twice(stems, all, all, {.noise = t.noise, .detected = 0.98, .false_stems = 0}, any_yaw_elsewhere(random), random);
+    } while (gaps < least_gaps);
+    return t;
+  };
+}
+
+struct suite {
+  std::string_view name;
+  std::size_t pairs;
+  draw next;
+};
+
+/// What became of a trial.
+struct result {
+  trial of;
+  matching match;
+  bool best_right = false;
+
+  bool is(outcome o) const { return match.outcome == o; }
+  bool wrong() const { return match.target_from_source && !best_right; }
+};
+
+result run(trial&& t) {
+  result r{std::move(t), {}};
+  r.match = match_stems(r.of.maps.source, r.of.maps.target);
+  r.best_right = r.of.maps.common > 0 && !r.match.hypotheses.empty() &&
+                 mean_error(r.match.hypotheses.front().target_from_source, r.of.maps.target_from_source,
+                            r.of.maps.source) < std::max(0.3, 3 * r.of.noise);
+  return r;
+}
+
+void print(std::string_view title, const std::vector<result>& results, const std::function<bool(const result&)>& chosen) {
+  std::size_t pairs = 0, best = 0, right = 0, wrong = 0, ambiguous = 0;
+  for (const result& r : results) {
+    if (!chosen(r)) continue;
+    ++pairs;
+    best += r.best_right;
+    right += r.is(outcome::registered) && r.best_right;
+    wrong += r.wrong();
+    ambiguous += r.is(outcome::ambiguous);
+  }
+  std::cout << "| " << title << " | " << pairs << " | " << best << " | " << right << " | " << wrong << " | "
+            << ambiguous << " | " << pairs - right - wrong - ambiguous << " |\n"
+            << std::flush;
+}
+
+void write_line(std::ostream& csv, std::string_view suite, const result& r) {
+  const auto& h = r.match.hypotheses;
+  const double none = 99;
+  csv << suite << ',' << r.of.layout << ',' << r.of.noise << ',' << r.of.overlap << ',' << r.of.maps.source.size() << ','
+      << r.of.maps.target.size() << ',' << r.of.maps.common << ',' << to_string(r.match.outcome) << ',' << r.best_right
+      << ',' << r.match.tolerance << ',' << r.match.funnel.correspondences << ','
+      << (h.empty() ? none : h[0].log10_false_alarms) << ','
+      << (h.empty() ? none : h[0].log10_false_alarms_at_random) << ','
+      << (h.size() < 2 ? none : h[1].log10_false_alarms) << ','
+      << (h.size() < 2 ? 0 : h[1].correspondences.size()) << '\n';
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Outcomes of matching where the truth is known: different stands, one stand, lattices.",
+               "matching_verdicts");
+  std::vector<std::string> chosen;
+  std::size_t pairs = 0;
+  std::uint64_t seed = 1;
+  std::filesystem::path csv_file = "matching_verdicts.csv";
+  app.add_option("--suites", chosen, "different, one, lattice, gaps, calibration, fit; all but the last if not given")->delimiter(',');
+  app.add_option("--pairs", pairs, "of each suite; 0: 1000, of lattices 100, of calibration 2000")->capture_default_str();
+  app.add_option("--seed", seed, "of all that is random")->capture_default_str();
+  app.add_option("--csv", csv_file, "file with a line for each pair")->capture_default_str();
+
+  return support::run_program(app, argc, argv, [&] {
+    const std::vector<suite> suites = {
+        {"different", 1000, different_stands},
+        {"one", 1000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.05, 1, 0.85, 0.1)},
+        {"lattice", 100, planted_lattice(0, 0)},
+        {"gaps", 100, planted_lattice(0.1, 15)},
+        {"calibration", 2000, one_stand({"spaced", "gradient", "staggered"}, {0.01, 0.05, 0.15}, 0.0, 0.6, 0.6, 0.4)},
+        {"fit", 4000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.0, 0.6, 0.6, 0.4)},
+    };
+    support::atomic_file csv(csv_file);
+    csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,alarms,alarms_at_random,rival_alarms,rival_pairs\n";
+    std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | not registered |\n"
+                 "|---|---|---|---|---|---|---|\n";
+    for (const suite& s : suites) {
+      if (chosen.empty() ? s.name == "fit" : std::find(chosen.begin(), chosen.end(), s.name) == chosen.end()) continue;
+      random_source random(seed);
+      std::vector<result> results;
+      for (std::size_t i = 0; i < (pairs > 0 ? pairs : s.pairs); ++i) {
+        results.push_back(run(s.next(random)));
+        write_line(csv.stream(), s.name, results.back());
+      }
+      print(s.name, results, [](const result&) { return true; });
+      if (s.name == "one")
+        print("of these 12 common stems or more", results, [](const result& r) { return r.of.maps.common >= 12; });
+    }
+    csv.commit();
+    return support::done;
+  });
+}
