@@ -1,10 +1,13 @@
-// Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands on
-// a lattice: outcomes, and how probable right ones were said to be.
+// Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands
+// on a lattice: outcomes, and how probable right ones were said to be.
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
@@ -48,9 +51,7 @@ trial different_stands(random_source& random) {
   t.noise = any_of<double>({0.02, 0.10}, random);
   const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
   const std::size_t stems = any_size(20, 500, random);
-  const auto view = [&] {
-    return overlapping_maps(t.layout, stems, 1, {.noise = t.noise}, random, stand);
-  };
+  const auto view = [&] { return overlapping_maps(t.layout, stems, 1, {.noise = t.noise}, random, stand); };
   t.maps = view();
   t.maps.target = view().target;
   t.maps.common = 0;
@@ -77,7 +78,10 @@ draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, dou
 /// Perfect lattices of 10 to 20 rows and columns, wholly seen by both scans; `missing` of their trees are.
 draw planted_lattice(double missing, std::size_t least_gaps) {
   return [=](random_source& random) {
-    trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice", .noise = 0.02, .overlap = 1, .maps = {}};
+    trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice",
+            .noise = 0.02,
+            .overlap = 1,
+            .maps = {}};
     std::size_t gaps = 0;
     do {
       const double spacing = uniform(random, 2, 4);
@@ -92,7 +96,8 @@ draw planted_lattice(double missing, std::size_t least_gaps) {
             stems.push_back({c * spacing, r * spacing, 0});
         }
       const double all = columns * spacing;
-      t.maps = look_twice(stems, all, all, {.noise = t.noise, .detected = 0.98, .false_stems = 0}, any_yaw_elsewhere(random), random);
+      t.maps = look_twice(stems, all, all, {.noise = t.noise, .detected = 0.98, .false_stems = 0},
+                          any_yaw_elsewhere(random), random);
     } while (gaps < least_gaps);
     return t;
   };
@@ -123,7 +128,8 @@ result run(trial&& t) {
   return r;
 }
 
-void print(std::string_view title, const std::vector<result>& results, const std::function<bool(const result&)>& chosen) {
+void print(std::string_view title, const std::vector<result>& results,
+           const std::function<bool(const result&)>& chosen) {
   std::size_t pairs = 0, best = 0, right = 0, wrong = 0, ambiguous = 0;
   for (const result& r : results) {
     if (!chosen(r)) continue;
@@ -141,13 +147,63 @@ void print(std::string_view title, const std::vector<result>& results, const std
 void write_line(std::ostream& csv, std::string_view suite, const result& r) {
   const auto& h = r.match.hypotheses;
   const double none = 99;
-  csv << suite << ',' << r.of.layout << ',' << r.of.noise << ',' << r.of.overlap << ',' << r.of.maps.source.size() << ','
-      << r.of.maps.target.size() << ',' << r.of.maps.common << ',' << to_string(r.match.outcome) << ',' << r.best_right
-      << ',' << r.match.tolerance << ',' << r.match.funnel.correspondences << ','
-      << (h.empty() ? none : h[0].log10_false_alarms) << ','
+  csv << suite << ',' << r.of.layout << ',' << r.of.noise << ',' << r.of.overlap << ','
+      << r.of.maps.source.size() << ',' << r.of.maps.target.size() << ',' << r.of.maps.common << ','
+      << to_string(r.match.outcome) << ',' << r.best_right << ',' << r.match.tolerance << ','
+      << r.match.funnel.correspondences << ',' << (h.empty() ? none : h[0].log10_false_alarms) << ','
       << (h.empty() ? none : h[0].log10_false_alarms_at_random) << ','
       << (h.size() < 2 ? none : h[1].log10_false_alarms) << ','
-      << (h.size() < 2 ? 0 : h[1].correspondences.size()) << '\n';
+      << (h.size() < 2 ? 0 : h[1].correspondences.size()) << ',' << r.match.probability << '\n';
+}
+
+/// Coefficients of `probability_of` that make the outcomes most likely: Newton's method, with hardly any
+/// penalty.
+Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
+  constexpr double penalty = 1e-6;
+  Eigen::Vector4d w = Eigen::Vector4d::Zero();
+  for (int round = 0; round < 50; ++round) {
+    Eigen::Matrix4d curvature = penalty * Eigen::Matrix4d::Identity();
+    Eigen::Vector4d slope = -penalty * w;
+    for (const result& r : results) {
+      const evidence e = evidence_of(r.match.hypotheses);
+      if (e.pairs < verdict_options{}.least_correspondences) continue;
+      const Eigen::Vector4d x(1, e.log10_false_alarms, e.lead, std::log(e.pairs));
+      const double p = 1 / (1 + std::exp(-w.dot(x)));
+      curvature += p * (1 - p) * x * x.transpose();
+      slope += (double(r.best_right) - p) * x;
+    }
+    w += curvature.ldlt().solve(slope);
+  }
+  return w;
+}
+
+/// How well the probabilities hold, in bins of as many pairs each.
+void print_calibration(std::vector<result> results) {
+  constexpr std::size_t bins = 20;
+  std::stable_sort(results.begin(), results.end(), [](const result& a, const result& b) {
+    return a.match.probability < b.match.probability;
+  });
+  double brier = 0, right = 0, off = 0;
+  std::size_t wrong_but_sure = 0;
+  std::cout << "\n| pairs | mean probability | share that is right |\n|---|---|---|\n";
+  for (std::size_t b = 0; b < bins; ++b) {
+    const std::size_t begin = b * results.size() / bins, end = (b + 1) * results.size() / bins;
+    double said = 0, was = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const double p = results[i].match.probability, y = results[i].best_right;
+      said += p;
+      was += y;
+      brier += (p - y) * (p - y);
+      wrong_but_sure += p > 0.99 && !results[i].best_right;
+    }
+    right += was;
+    off += std::abs(said - was);
+    const double count = double(end - begin);
+    std::cout << "| " << count << " | " << said / count << " | " << was / count << " |\n";
+  }
+  const double all = double(results.size()), share = right / all;
+  std::cout << "\nexpected calibration error " << off / all << ", Brier skill "
+            << 1 - brier / all / (share * (1 - share)) << ", wrong above 0.99: " << wrong_but_sure << "\n";
 }
 
 }  // namespace
@@ -159,8 +215,11 @@ int main(int argc, char** argv) {
   std::size_t pairs = 0;
   std::uint64_t seed = 1;
   std::filesystem::path csv_file = "matching_verdicts.csv";
-  app.add_option("--suites", chosen, "different, one, lattice, gaps, calibration, fit; all but the last if not given")->delimiter(',');
-  app.add_option("--pairs", pairs, "of each suite; 0: 1000, of lattices 100, of calibration 2000")->capture_default_str();
+  app.add_option("--suites", chosen,
+                 "different, one, lattice, gaps, calibration, fit; all but the last if not given")
+      ->delimiter(',');
+  app.add_option("--pairs", pairs, "of each suite; 0: 1000, of lattices 100, of calibration 2000")
+      ->capture_default_str();
   app.add_option("--seed", seed, "of all that is random")->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each pair")->capture_default_str();
 
@@ -170,15 +229,19 @@ int main(int argc, char** argv) {
         {"one", 1000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.05, 1, 0.85, 0.1)},
         {"lattice", 100, planted_lattice(0, 0)},
         {"gaps", 100, planted_lattice(0.1, 15)},
-        {"calibration", 2000, one_stand({"spaced", "gradient", "staggered"}, {0.01, 0.05, 0.15}, 0.0, 0.6, 0.6, 0.4)},
+        {"calibration", 2000,
+         one_stand({"spaced", "gradient", "staggered"}, {0.01, 0.05, 0.15}, 0.0, 0.6, 0.6, 0.4)},
         {"fit", 4000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.0, 0.6, 0.6, 0.4)},
     };
     support::atomic_file csv(csv_file);
-    csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,alarms,alarms_at_random,rival_alarms,rival_pairs\n";
-    std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | not registered |\n"
+    csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,"
+                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability\n";
+    std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | "
+                 "not registered |\n"
                  "|---|---|---|---|---|---|---|\n";
     for (const suite& s : suites) {
-      if (chosen.empty() ? s.name == "fit" : std::find(chosen.begin(), chosen.end(), s.name) == chosen.end()) continue;
+      if (chosen.empty() ? s.name == "fit" : std::find(chosen.begin(), chosen.end(), s.name) == chosen.end())
+        continue;
       random_source random(seed);
       std::vector<result> results;
       for (std::size_t i = 0; i < (pairs > 0 ? pairs : s.pairs); ++i) {
@@ -186,8 +249,13 @@ int main(int argc, char** argv) {
         write_line(csv.stream(), s.name, results.back());
       }
       print(s.name, results, [](const result&) { return true; });
+      if (s.name == "calibration") print_calibration(results);
+      if (s.name == "fit")
+        std::cout << "\nconstant, by_alarms, by_lead, by_pairs: " << fit_logistic(results).transpose()
+                  << "\n";
       if (s.name == "one")
-        print("of these 12 common stems or more", results, [](const result& r) { return r.of.maps.common >= 12; });
+        print("of these 12 common stems or more", results,
+              [](const result& r) { return r.of.maps.common >= 12; });
     }
     csv.commit();
     return support::done;

@@ -51,9 +51,9 @@ inline double relief(double x, double y) {
   return 2 * std::sin(x / 17) + 1.5 * std::cos(y / 13);
 }
 
-/// Stems on `width` by `depth` [m], 900 a hectare. For what is shown and tuned: "random", "clumped", and "rows"
-/// 3 m apart. For what must hold elsewhere as well: "spaced" at least 2 m apart, "gradient", ever denser along
-/// x, and "staggered" rows, each shifted by half a spacing.
+/// Stems on `width` by `depth` [m], 900 a hectare. For what is shown and tuned: "random", "clumped", and
+/// "rows" 3 m apart. For what must hold elsewhere as well: "spaced" at least 2 m apart, "gradient", ever
+/// denser along x, and "staggered" rows, each shifted by half a spacing.
 inline positions plant(std::string_view layout, double width, double depth, random_source& random,
                        const stand_options& stand = {}) {
   constexpr double density = 0.09, row_spacing = 3, stems_a_clump = 12, clump_spread = 2.5, apart = 2;
@@ -127,7 +127,8 @@ inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, dou
   const double side = std::sqrt(double(stems) / (density * options.detected * (1 + options.false_stems)));
   const double width = (2 - overlap) * side;
   const Eigen::Isometry3d target_from_source = any_yaw_elsewhere(random);
-  return look_twice(plant(layout, width, side, random, stand), width, side, options, target_from_source, random);
+  return look_twice(plant(layout, width, side, random, stand), width, side, options, target_from_source,
+                    random);
 }
 
 /// Largest distance [m] between where two motions lay the stems.

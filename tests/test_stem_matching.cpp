@@ -238,6 +238,84 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
     require_coherent(result);
     CHECK(result.outcome == outcome::ambiguous);
     CHECK(result.hypotheses.size() >= 2);
+    CHECK(!result.uncertainty);
+    REQUIRE(result.rows);
+    CHECK(result.rows->first.norm() == Approx(2.5).epsilon(0.01));
+    CHECK(result.rows->second.norm() == Approx(2.5).epsilon(0.01));
+  }
+}
+
+TEST_CASE("the rivals of a lattice are its shifts and turns") {
+  random_source random(1);
+  const positions stems = scenes::lattice(8, 7, 2.5);
+  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const matching result = match_stems(scenes::noisy(stems, 0.02, random),
+                                      scenes::moved(truth, scenes::noisy(stems, 0.02, random)));
+  REQUIRE(result.hypotheses.size() >= 4);
+  for (const hypothesis& rival : result.hypotheses) {
+    const Eigen::Isometry3d own = truth.inverse() * rival.target_from_source;
+    const double yaw = std::atan2(own.linear()(1, 0), own.linear()(0, 0));
+    CHECK(std::abs(std::remainder(yaw, std::numbers::pi / 2)) < 0.05);
+    CHECK(std::abs(std::remainder(own.translation().x(), 2.5)) < 0.3);
+    CHECK(std::abs(std::remainder(own.translation().y(), 2.5)) < 0.3);
+  }
+}
+
+TEST_CASE("gaps in perfect rows break the tie, whichever map is the larger one, and it is said") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    positions stems = scenes::lattice(14, 13, 3);
+    std::erase_if(stems, [&](const Eigen::Vector3d&) { return random.uniform() < 0.12; });
+    const auto scan = [&] {
+      positions seen = scenes::noisy(stems, 0.02, random);
+      std::erase_if(seen, [&](const Eigen::Vector3d&) { return random.uniform() < 0.02; });
+      return seen;
+    };
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    positions source = scan(), target = scenes::moved(truth, scan());
+    (seed % 2 == 0 ? source : target).resize(120);
+    const matching result = match_stems(source, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(result.hypotheses.front().told_by_gaps);
+    REQUIRE(result.rows);
+    const double yaw = std::atan2(truth.linear()(1, 0), truth.linear()(0, 0));
+    CHECK(std::abs(std::remainder(result.rows->direction() - yaw, std::numbers::pi / 2)) < 0.02);
+  }
+}
+
+TEST_CASE("stems that stand anywhere have no lattice") {
+  random_source random(1);
+  const auto views = scenes::half_overlapping_views(random, 100);
+  const matching result = match_stems(views.source, views.target);
+  CHECK(result.outcome == outcome::registered);
+  CHECK(!result.rows);
+  CHECK(!result.hypotheses.front().told_by_gaps);
+}
+
+TEST_CASE("what is registered tells how far off it may be, in the target's frame, for any up") {
+  const Eigen::Vector3d up(0.2, -0.1, 1);
+  for (const degrees_of_freedom dof : {degrees_of_freedom::four, degrees_of_freedom::six}) {
+    random_source random(2);
+    const auto views = scenes::half_overlapping_views(random, 60);
+    const Eigen::Isometry3d tilted =
+        Eigen::Translation3d(300, 200, 100) *
+        Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up.normalized());
+    const positions source = scenes::moved(tilted, views.source),
+                    target = scenes::moved(tilted, views.target);
+    matching_options options;
+    options.dof = dof;
+    const matching result = match_stems(source, target, options, up);
+    REQUIRE(result.target_from_source);
+    REQUIRE(result.uncertainty);
+    CHECK(result.uncertainty->covariance.rows() == int(dof));
+    const Eigen::Isometry3d truth = tilted * views.target_from_source * tilted.inverse();
+    const double off = (truth * source[0] - *result.target_from_source * source[0]).norm();
+    const double expected = result.uncertainty->expected_error(truth * source[0]);
+    CHECK(expected > 1e-4);
+    CHECK(expected < 0.05);
+    CHECK(off < 4 * expected);
   }
 }
 

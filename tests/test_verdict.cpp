@@ -191,6 +191,21 @@ TEST_CASE("stems on one side whose ground is hidden make no slope") {
   CHECK(refused <= 9);  // of 180
 }
 
+TEST_CASE("a right hypothesis is the more probable, the further it leads, the more stems it pairs") {
+  const auto probability = [](std::size_t pairs, double alarms, double rival) {
+    return probability_of(std::vector{pairing(pairs, alarms), pairing(3, rival)});
+  };
+  CHECK(probability(20, -20, 2) > 0.99);
+  CHECK(probability(5, 1, 1.2) < 0.2);
+  CHECK(probability(8, -1, 2) > probability(8, -1, 1));
+  CHECK(probability(12, -1, 1) > probability(8, -1, 1));
+  CHECK(probability(20, -2.9, 99) == 0.99);  // chance is not ruled out
+  CHECK(probability(20, -3.1, 99) > 0.99);
+  CHECK(probability(3, -20, 2) == 0);
+  CHECK(probability_of({}) == 0);
+  CHECK(probability_of(std::vector{pairing(20, -20)}) > 0.99);
+}
+
 TEST_CASE("outcomes have the names of the JSON output") {
   CHECK(to_string(outcome::registered) == "registered");
   CHECK(to_string(outcome::ambiguous) == "ambiguous");

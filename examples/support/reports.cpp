@@ -8,6 +8,8 @@
 #include "support/transform_files.hpp"
 
 #include <algorithm>
+#include <iomanip>
+#include <numbers>
 #include <sstream>
 #include <system_error>
 
@@ -20,6 +22,7 @@ execution stage_clock::listen(int threads) {
   how.threads = threads;
   how.on_progress = [this](const progress& p) {
     enter(p.stage);
+    bar_.show(p);
     return true;
   };
   return how;
@@ -36,6 +39,7 @@ void stage_clock::enter(std::string_view stage) {
 }
 
 void stage_clock::leave() {
+  bar_.clear();
   if (current_) stages_[*current_].second += std::chrono::duration<double>(clock::now() - last_).count();
   current_.reset();
 }
@@ -51,60 +55,73 @@ json stage_clock::stages() {
   return result;
 }
 
-json describe(const stem_map& map) {
-  const mapping_funnel& f = map.funnel;
-  return {{"points", f.ground.points},
-          {"stems", f.stems},
-          {"funnel",
-           {{"not_finite", f.ground.not_finite},
-            {"ground_cells", f.ground.cells},
-            {"cells_apart", f.ground.cells_apart},
-            {"low_outliers", f.ground.low_outliers},
-            {"unreachable", f.ground.unreachable},
-            {"ground_points", f.ground.ground_points},
-            {"understory", f.understory},
-            {"thinned", f.thinned},
-            {"stem_points", f.stem_points},
-            {"clusters", f.clusters},
-            {"cylinders", f.cylinders}}},
-          {"spacing_near", map.spacing_near},
-          {"spacing_far", map.spacing_far},
-          {"distance_tolerance", map.distance_tolerance}};
-}
-
 namespace {
 
-json row_by_row(const Eigen::Isometry3d& motion) {
+json as_json(const std::vector<funnel_step>& steps) {
+  json table = json::array();
+  for (const funnel_step& s : steps)
+    table.push_back(
+        {{"step", s.step}, {"of", s.of}, {"in", s.in}, {"what", s.what}, {"out", s.out}, {"rest", s.rest}});
+  return table;
+}
+
+json row_by_row(const Eigen::MatrixXd& matrix) {
   json numbers = json::array();
-  for (int r = 0; r < 4; ++r)
-    for (int c = 0; c < 4; ++c) numbers.push_back(motion.matrix()(r, c));
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) numbers.push_back(matrix(r, c));
   return numbers;
+}
+
+json row_by_row(const Eigen::Isometry3d& motion) {
+  return row_by_row(Eigen::MatrixXd(motion.matrix()));
+}
+
+json describe(const hypothesis& h) {
+  return {{"matches", h.correspondences.size()},
+          {"rms", h.rms},
+          {"tolerance", h.tolerance},
+          {"log10_false_alarms", h.log10_false_alarms},
+          {"log10_false_alarms_at_random", h.log10_false_alarms_at_random},
+          {"told_by_gaps", h.told_by_gaps},
+          {"consensus", h.consensus},
+          {"target_from_source", row_by_row(h.target_from_source)}};
+}
+
+json describe(const motion_uncertainty& u) {
+  return {{"center", row_by_row(Eigen::MatrixXd(u.center))},
+          {"up", row_by_row(Eigen::MatrixXd(u.up))},
+          {"covariance", row_by_row(Eigen::MatrixXd(u.covariance))},
+          {"expected_error", u.expected_error(u.center)}};
+}
+
+json describe(const lattice& rows) {
+  return {{"spacing", {rows.first.norm(), rows.second.norm()}},
+          {"direction_deg", rows.direction() * 180 / std::numbers::pi},
+          {"angle_deg", rows.angle() * 180 / std::numbers::pi}};
 }
 
 }  // namespace
 
+json describe(const stem_map& map) {
+  return {{"points", map.funnel.ground.points},     {"stems", map.funnel.stems},
+          {"funnel", as_json(explain(map.funnel))}, {"spacing_near", map.spacing_near},
+          {"spacing_far", map.spacing_far},         {"distance_tolerance", map.distance_tolerance}};
+}
+
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
   json hypotheses = json::array();
-  for (const hypothesis& h : result.hypotheses)
-    hypotheses.push_back({{"matches", h.correspondences.size()},
-                          {"rms", h.rms},
-                          {"tolerance", h.tolerance},
-                          {"log10_false_alarms", h.log10_false_alarms},
-                          {"consensus", h.consensus},
-                          {"target_from_source", row_by_row(h.target_from_source)}});
+  for (const hypothesis& h : result.hypotheses) hypotheses.push_back(describe(h));
   return {{"matches", result.funnel.correspondences},
           {"outcome", to_string(result.outcome)},
           {"reason", result.reason},
+          {"probability", result.probability},
           {"target_from_source", target_from_source ? row_by_row(*target_from_source) : json(nullptr)},
+          {"uncertainty", result.uncertainty ? describe(*result.uncertainty) : json(nullptr)},
           {"hypotheses", std::move(hypotheses)},
+          {"rows", result.rows ? describe(*result.rows) : json(nullptr)},
           {"tolerance", result.tolerance},
           {"horizontal", result.horizontal},
-          {"funnel",
-           {{"source_triangles", result.funnel.source_triangles},
-            {"target_triangles", result.funnel.target_triangles},
-            {"local_pairs", result.funnel.local_pairs},
-            {"tested", result.funnel.tested},
-            {"consensus", result.funnel.consensus}}}};
+          {"funnel", as_json(explain(result.funnel))}};
 }
 
 void write_json(const std::filesystem::path& path, const json& report) {
@@ -162,6 +179,9 @@ std::string summary(const matching& result) {
   if (result.outcome == outcome::registered)
     line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
          << result.funnel.target_stems << " stems matched";
+  if (result.uncertainty)
+    line << std::setprecision(2) << ", expected error "
+         << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm among them";
   return line.str();
 }
 

@@ -14,6 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "support/progress_bar.hpp"
+
 namespace globalmatch {
 struct stem_map;
 struct matching;
@@ -22,8 +24,8 @@ struct registration;
 
 namespace globalmatch::support {
 
-/// Times the stages of a run by listening to its progress: a stage lasts from its first report to that of the
-/// next one.
+/// Times the stages of a run by listening to its progress, and shows it on a terminal: a stage lasts from its
+/// first report to that of the next one.
 class stage_clock {
  public:
   /// To be passed to the library; refers to this clock.
@@ -39,6 +41,7 @@ class stage_clock {
   using clock = std::chrono::steady_clock;
   void enter(std::string_view stage);
 
+  progress_bar bar_;
   clock::time_point start_ = clock::now(), last_ = start_;
   std::vector<std::pair<std::string, double>> stages_;
   std::optional<std::size_t> current_;

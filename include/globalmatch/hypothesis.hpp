@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/funnel.hpp"
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
@@ -39,8 +40,9 @@ struct hypothesis {
   double tolerance = 0;           ///< [m] stems this near each other were paired
   double log10_false_alarms = 0;  ///< motions by chance that pair as many stems; see `significance.hpp`
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
-  bool told_by_gaps = false;  ///< chance explains its stems better than the gaps in the rows that it lays on gaps
-  double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
+  bool told_by_gaps =
+      false;       ///< chance explains its stems better than the gaps in the rows that it lays on gaps
+  double rms = 0;  ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 
@@ -53,6 +55,24 @@ struct matching_funnel {
   std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
   std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
 };
+
+/// What each step was given and left, in their order.
+inline std::vector<funnel_step> explain(const matching_funnel& f) {
+  const std::size_t stems = std::min(f.source_stems, f.target_stems);
+  return {
+      {"source triangles", "stems", f.source_stems, "triangles", f.source_triangles,
+       "of stems that do not stand near each other", "more stems are needed"},
+      {"target triangles", "stems", f.target_stems, "triangles", f.target_triangles,
+       "of stems that do not stand near each other", "more stems are needed"},
+      {"local matching", "triangles", f.source_triangles, "pairs of like triangles", f.local_pairs,
+       "edges differ by more than the tolerance",
+       "the scans overlap too little or the tolerance is too small"},
+      {"global matching", "pairs of like triangles", f.local_pairs, "motions tried", f.tested,
+       "the same motion again, or fewer pairs agree on it than on others", "the scans overlap too little"},
+      {"correspondences", "stems of the smaller map", stems, "paired stems", f.correspondences,
+       "laid on no stem of the other map", "the scans overlap too little or the tolerance is too small"},
+  };
+}
 
 /// Less explainable by chance first, then more paired stems, then nearer ones, then larger consensus sets.
 inline bool ranks_before(const hypothesis& a, const hypothesis& b) {

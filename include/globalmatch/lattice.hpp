@@ -1,5 +1,5 @@
-// Lattice: the shifts at which a stand planted in rows repeats itself, and what does not repeat. In: a stem map
-// in rows. Out: its lattice, and the gaps in it, which tell one of its places from another.
+// Lattice: the shifts at which a stand planted in rows repeats itself, and what does not repeat. In: a stem
+// map in rows. Out: its lattice, and the gaps in it, which tell one of its places from another.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +22,9 @@ namespace globalmatch {
 
 /// The two shortest shifts at which stems repeat.
 struct lattice {
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();   ///< [m] in plan, the shortest one, y not negative
-  Eigen::Vector2d second = Eigen::Vector2d::Zero();  ///< [m] in plan, less than half a turn counter-clockwise of it
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();  ///< [m] in plan, the shortest one, y not negative
+  Eigen::Vector2d second =
+      Eigen::Vector2d::Zero();  ///< [m] in plan, less than half a turn counter-clockwise of it
 
   /// [rad] of the rows, 0 to pi counter-clockwise from x
   double direction() const { return std::atan2(first.y(), first.x()); }
@@ -31,7 +32,8 @@ struct lattice {
   double angle() const {
     return std::atan2(first.x() * second.y() - first.y() * second.x(), first.dot(second));
   }
-  /// [m] stems this near a place of the lattice stand on it: nearer to it than to any other one, with a margin
+  /// [m] stems this near a place of the lattice stand on it: nearer to it than to any other one, with a
+  /// margin
   double reach() const { return 0.3 * std::min(first.norm(), (second - first).norm()); }
   /// Turns [rad] that lay it on itself: 0 and pi, and those of squares or of equilateral triangles.
   std::vector<double> turns() const {
@@ -73,10 +75,11 @@ inline position_set shifts_to_neighbors(const plan_index& stems) {
 /// Shifts and how many are near each.
 class repeated_shifts {
  public:
-  repeated_shifts(const plan_index& stems, double reach) : shifts_(shifts_to_neighbors(stems)), reach_(reach) {}
+  repeated_shifts(const plan_index& stems, double reach)
+      : shifts_(shifts_to_neighbors(stems)), reach_(reach) {}
 
-  /// The shortest of those that at least half as many are near as are near any, farther than `reach` off the line
-  /// along `aside_of`, or 0; as the mean of those near it.
+  /// The shortest of those that at least half as many are near as are near any, farther than `reach` off the
+  /// line along `aside_of`, or 0; as the mean of those near it.
   std::optional<Eigen::Vector2d> shortest(const Eigen::Vector2d& aside_of = Eigen::Vector2d::Zero()) const {
     std::optional<Eigen::Vector2d> found;
     std::vector<std::size_t> counts;
@@ -103,7 +106,8 @@ class repeated_shifts {
 
   Eigen::Vector2d mean_near(const Eigen::Vector2d& shift) const {
     Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-    shifts_.for_each_within(shift.x(), shift.y(), reach_, [&](stem_index i, double) { sum += shifts_.at(i); });
+    shifts_.for_each_within(shift.x(), shift.y(), reach_,
+                            [&](stem_index i, double) { sum += shifts_.at(i); });
     return sum / double(std::max<std::size_t>(1, count_near(shift)));
   }
 
@@ -113,8 +117,8 @@ class repeated_shifts {
 
 }  // namespace detail
 
-/// The lattice of a stand that is known to stand in rows. Nothing where there is none: shifts from stem to stem
-/// then repeat in one direction at most. Cost: looks at some of the stems.
+/// The lattice of a stand that is known to stand in rows. Nothing where there is none: shifts from stem to
+/// stem then repeat in one direction at most. Cost: looks at some of the stems.
 inline std::optional<lattice> find_lattice(const plan_index& stems) {
   constexpr double reach = 0.15;  // of the spacing of the stems
   if (stems.size() < 4) return std::nullopt;
@@ -130,8 +134,8 @@ inline std::optional<lattice> find_lattice(const plan_index& stems) {
   return found;
 }
 
-/// Places [m] in plan, between two stems of the lattice, where one is missing. At least three of the four sides are
-/// taken, so that a row that was felled, or the border, leaves none. Cost: linear in the stems.
+/// Places [m] in plan, between two stems of the lattice, where one is missing. At least three of the four
+/// sides are taken, so that a row that was felled, or the border, leaves none. Cost: linear in the stems.
 inline std::vector<Eigen::Vector2d> find_gaps(const plan_index& stems, const lattice& rows) {
   const double reach = rows.reach();
   const auto is_taken = [&](const Eigen::Vector2d& p) { return stems.any_within(p.x(), p.y(), reach); };

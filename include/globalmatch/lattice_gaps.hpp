@@ -1,6 +1,6 @@
-// Lattice gaps: a stand in rows looks alike wherever it is laid on itself, but for the gaps in it. In: a hypothesis
-// that lays rows on rows. Out: the motions of the lattice onto itself that lay gaps on gaps, and how many would by
-// chance.
+// Lattice gaps: a stand in rows looks alike wherever it is laid on itself, but for the gaps in it. In: a
+// hypothesis that lays rows on rows. Out: the motions of the lattice onto itself that lay gaps on gaps, and
+// how many would by chance.
 #pragma once
 
 #include <Eigen/Core>
@@ -37,9 +37,9 @@ class lattice_gaps {
     turns_ = rows.turns();
   }
 
-  /// Logarithm to base 10 of the expected number of motions of the lattice onto itself that would, by chance, lay
-  /// as many gaps of the source on gaps of the target: each lies on one with the share of the places that are
-  /// gaps.
+  /// Logarithm to base 10 of the expected number of motions of the lattice onto itself that would, by chance,
+  /// lay as many gaps of the source on gaps of the target: each lies on one with the share of the places that
+  /// are gaps.
   double log10_false_alarms(const Eigen::Isometry3d& target_from_source) const {
     const double gaps = double(target_.size()), stems = double(maps_.target.size());
     double met = 0, tries = 0;
@@ -53,8 +53,8 @@ class lattice_gaps {
     return (std::log(motions) + log_binomial_tail(met, tries, gaps / (gaps + stems))) / std::numbers::ln10;
   }
 
-  /// Hypotheses of the motions that lay most gaps on gaps, at most `most`, verified over all stems at `tolerance`
-  /// [m], not weighed. Cost: quadratic in the gaps, of which some hundreds are looked at.
+  /// Hypotheses of the motions that lay most gaps on gaps, at most `most`, verified over all stems at
+  /// `tolerance` [m], not weighed. Cost: quadratic in the gaps, of which some hundreds are looked at.
   std::vector<hypothesis> propose(double tolerance, std::size_t most) const {
     std::vector<ballot> ballots = count_votes();
     const auto last = ballots.begin() + std::ptrdiff_t(std::min(most, ballots.size()));
@@ -65,7 +65,8 @@ class lattice_gaps {
     for (auto b = ballots.begin(); b != last; ++b) {
       const auto near = maps_.fit(maps_.pair_stems(b->motion, rows_.reach()));
       if (!near) continue;
-      if (auto h = verify(maps_, maps_.pair_stems(*near, tolerance), tolerance)) proposed.push_back(std::move(*h));
+      if (auto h = verify(maps_, maps_.pair_stems(*near, tolerance), tolerance))
+        proposed.push_back(std::move(*h));
     }
     return proposed;
   }

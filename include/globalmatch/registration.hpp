@@ -4,12 +4,15 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/execution.hpp"
+#include "globalmatch/funnel.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
@@ -56,6 +59,16 @@ struct scan_registration {
 };
 
 namespace detail {
+
+/// Where the stems of the map were lost that has too few, for the reason of the verdict; empty where both
+/// have enough.
+inline std::string where_stems_were_lost(const stem_map& source, const stem_map& target, std::size_t least) {
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (const std::string lost = where_lost(explain(map->funnel), least); !lost.empty())
+      return std::string(". ") + name + ", " + lost;
+  return "";
+}
+
 inline namespace GLOBALMATCH_THREADING {
 
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems.
@@ -109,6 +122,9 @@ inline registration register_maps(const stem_map& source, const stem_map& target
         match_positions(import_positions(source.stems, source.up, "source"),
                         import_positions(target.stems, target.up, "target"), options.matching, how);
     result.outcome = result.matching.outcome;
+    const auto least = std::size_t(options.matching.verdict.least_correspondences);
+    if (std::min(source.stems.size(), target.stems.size()) < least)
+      result.matching.reason += detail::where_stems_were_lost(source, target, least);
     result.reason = result.matching.reason;
     result.target_from_source = result.matching.target_from_source;
     if (result.outcome == outcome::registered && options.icp.metric != icp_metric::none) {

@@ -13,6 +13,7 @@
 
 #include "globalmatch/clusters.hpp"
 #include "globalmatch/execution.hpp"
+#include "globalmatch/funnel.hpp"
 #include "globalmatch/ground.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
@@ -45,6 +46,31 @@ struct mapping_funnel {
   std::size_t cylinders = 0;    ///< found in them
   std::size_t stems = 0;        ///< after merging and meeting the terrain
 };
+
+/// What each step was given and left, in their order.
+inline std::vector<funnel_step> explain(const mapping_funnel& f) {
+  const std::size_t finite = f.ground.points - f.ground.not_finite;
+  return {
+      {"scan", "points", f.ground.points, "points with a place", finite,
+       "not finite, or further away than any plot", "look at how the scan was read"},
+      {"ground", "raster cells", f.ground.cells, "ground points", f.ground.ground_points,
+       "apart from the rest, multipath returns, or above the cloth",
+       "is `up` the direction away from the ground, and are the coordinates metres?"},
+      {"understory", "points with a place", finite, "understory points", f.understory,
+       "too near the terrain, too high above it, or where it is not known",
+       "is `up` the direction away from the ground, and are the coordinates metres?"},
+      {"voxels", "understory points", f.understory, "thinned points", f.thinned, "others in their voxel",
+       "is the voxel size right for the scan?"},
+      {"verticality", "thinned points", f.thinned, "stem points", f.stem_points, "not on vertical surfaces",
+       "is `up` right, and is the scan dense enough for normals?"},
+      {"clusters", "stem points", f.stem_points, "clusters", f.clusters, "together, or too few together",
+       "a scanner nearer to the stems, or a denser scan, is needed"},
+      {"cylinders", "clusters", f.clusters, "cylinders", f.cylinders, "not like a stem",
+       "a scanner nearer to the stems, or a denser scan, is needed"},
+      {"stem positions", "cylinders", f.cylinders, "stems", f.stems,
+       "of one stem, or without terrain where their axes meet it", "ground must be seen around the stems"},
+  };
+}
 
 /// What is known of a scan once its stems are mapped; everything that matching and registration need.
 struct stem_map {

@@ -83,13 +83,15 @@ struct matching {
   globalmatch::outcome outcome = outcome::not_registered;
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
-  /// Ranked; indices into the caller's positions. The best one, and its rivals: those that lay stems elsewhere,
-  /// and that chance alone does not explain, were stems to stand at random; at least two, where two were found.
+  double probability = 0;                               ///< that the best hypothesis is right
+  /// Ranked; indices into the caller's positions. The best one, and its rivals: those that lay stems
+  /// elsewhere, and that chance alone does not explain, were stems to stand at random; at least two, where
+  /// two were found.
   std::vector<hypothesis> hypotheses;
   std::optional<motion_uncertainty> uncertainty;  ///< of `target_from_source`, in the target's frame
   std::optional<globalmatch::lattice> rows;       ///< of the target, levelled, where it stands in rows
   bool horizontal = false;                        ///< heights were ignored
-  double tolerance = 0;                ///< [m] that was used
+  double tolerance = 0;                           ///< [m] that was used
   matching_funnel funnel;
 };
 
@@ -238,8 +240,8 @@ inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& m
   hypotheses = std::move(distinct);
 }
 
-/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `rows`: the lattice
-/// of the target where it has one.
+/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `rows`: the
+/// lattice of the target where it has one.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
                                       chance by_chance, std::span<const double> tolerances,
                                       const std::optional<lattice>& rows, std::size_t most) {
@@ -287,11 +289,12 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
   return settle(std::move(hypotheses), maps, by_chance, pairing, rows, options.indexed.most_hypotheses);
 }
 
-/// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next best
-/// one.
+/// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next
+/// best one.
 inline void forget_what_chance_explains(std::vector<hypothesis>& hypotheses, const verdict_options& options) {
   const auto explained = [&](const hypothesis& h) {
-    return std::min(h.log10_false_alarms, h.log10_false_alarms_at_random) > std::log10(options.most_false_alarms);
+    return std::min(h.log10_false_alarms, h.log10_false_alarms_at_random) >
+           std::log10(options.most_false_alarms);
   };
   if (hypotheses.size() > 2)
     hypotheses.erase(std::remove_if(hypotheses.begin() + 2, hypotheses.end(), explained), hypotheses.end());
@@ -302,6 +305,7 @@ inline void conclude(matching& result, const map_pair& maps, const matching_opti
   const verdict judged = judge(result.hypotheses, maps, options.verdict);
   result.outcome = judged.outcome;
   result.reason = judged.reason;
+  result.probability = probability_of(result.hypotheses, options.verdict);
   if (result.hypotheses.empty()) {
     result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
     return;

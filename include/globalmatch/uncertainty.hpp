@@ -21,16 +21,18 @@
 namespace globalmatch {
 
 /// Covariance of the small motion that leads from the estimate to the truth: a shift and a turn about
-/// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad]; in
-/// 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in Student's t
-/// a few pairs, which hardly tell it, make the covariance larger.
+/// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
+/// in 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in
+/// Student's t a few pairs, which hardly tell it, make the covariance larger.
 struct motion_uncertainty {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< [m] centroid of the paired stems
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();     ///< unit
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6> covariance;  ///< 4 x 4 or 6 x 6
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>
+      covariance;  ///< 4 x 4 or 6 x 6
 
   /// How a shift and turn about the center move a place [m, target frame]: 3 x 4 or 3 x 6.
-  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6> derivative(const Eigen::Vector3d& place) const {
+  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6> derivative(
+      const Eigen::Vector3d& place) const {
     const Eigen::Vector3d arm = place - center;
     Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6> moved(3, covariance.rows());
     moved.leftCols<3>().setIdentity();
@@ -54,7 +56,9 @@ struct motion_uncertainty {
 namespace detail {
 
 /// Variance of Student's t.
-inline double variance_of_t(double degrees) { return degrees / (degrees - 2); }
+inline double variance_of_t(double degrees) {
+  return degrees / (degrees - 2);
+}
 
 /// Shift and turn from misfits: the inverse of the normal matrix, times the variance that these leave.
 class misfit_adjustment {
@@ -96,10 +100,10 @@ inline double variance_of_height(const hypothesis& h, const map_pair& maps) {
 
 }  // namespace detail
 
-/// Uncertainty of a hypothesis' motion, least squares over its pairs, in the frames of `maps`; misfits are taken
-/// for independent, and as large as `position_sigma` tells, but for one factor, or alike. The height of 4-DoF
-/// has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs. Cost: linear in the
-/// pairs.
+/// Uncertainty of a hypothesis' motion, least squares over its pairs, in the frames of `maps`; misfits are
+/// taken for independent, and as large as `position_sigma` tells, but for one factor, or alike. The height of
+/// 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs. Cost: linear
+/// in the pairs.
 inline std::optional<motion_uncertainty> uncertainty_of(const hypothesis& h, const map_pair& maps) {
   constexpr std::size_t least = 4;
   if (h.correspondences.size() < least) return std::nullopt;

@@ -76,6 +76,39 @@ struct verdict {
   std::string reason;  ///< names the step and the remedy; empty when registered
 };
 
+/// What tells a right hypothesis from a wrong one.
+struct evidence {
+  double log10_false_alarms = 0;  ///< of the best hypothesis
+  double lead = 0;                ///< by how much that is below the next best one's
+  double pairs = 0;               ///< stems that the best one pairs
+};
+
+/// The evidence of ranked hypotheses. A rival that is as bad as can be stands in for one that was not found.
+inline evidence evidence_of(std::span<const hypothesis> hypotheses) {
+  constexpr double most_lead = 8, most_alarms = 6, least_alarms = -12;  // beyond these nothing more is told
+  if (hypotheses.empty()) return {most_alarms, 0, 0};
+  const double best = hypotheses[0].log10_false_alarms;
+  const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_false_alarms - best : most_lead;
+  return {std::clamp(best, least_alarms, most_alarms), std::clamp(lead, 0.0, most_lead),
+          double(hypotheses[0].correspondences.size())};
+}
+
+/// Probability that the best of ranked hypotheses, weighed against chance at one tolerance, lays the stems
+/// where they belong: a logistic regression on their evidence, fitted to pairs of made-up maps of which two
+/// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit`; how well it holds
+/// for other stands is in docs/results.md). Maps that have nothing in common come with smaller odds. 0 for
+/// fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
+inline double probability_of(std::span<const hypothesis> hypotheses, const verdict_options& options = {}) {
+  constexpr double constant = -3.12, by_alarms = -0.43, by_lead = 1.02, by_pairs = 0.33, not_ruled_out = 0.99;
+  const evidence e = evidence_of(hypotheses);
+  if (e.pairs < options.least_correspondences) return 0;
+  const double odds =
+      constant + by_alarms * e.log10_false_alarms + by_lead * e.lead + by_pairs * std::log(e.pairs);
+  const double probability = 1 / (1 + std::exp(-odds));
+  const bool by_chance = hypotheses[0].log10_false_alarms > std::log10(options.most_false_alarms);
+  return by_chance ? std::min(probability, not_ruled_out) : probability;
+}
+
 namespace detail {
 
 /// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.

@@ -1,0 +1,38 @@
+// Files of any content: points, a table, a motion, or a `file_error`.
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "fuzz_input.hpp"
+#include "support/file_error.hpp"
+#include "support/scan_files.hpp"
+#include "support/stem_files.hpp"
+#include "support/temporary_directory.hpp"
+#include "support/transform_files.hpp"
+
+using namespace globalmatch;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const support::temporary_directory folder;
+  const std::filesystem::path file = folder / "input";
+  fuzz::byte_source bytes(data, size);
+  const unsigned reader = bytes.choice(3);
+  {
+    std::ofstream out(file, std::ios::binary);
+    if (size > 1) out.write(reinterpret_cast<const char*>(data) + 1, std::streamsize(size - 1));
+  }
+  try {
+    if (reader == 0) {
+      fuzz::require(support::read_scan(file).size() <= size, "each point takes a byte or more");
+    } else if (reader == 1) {
+      for (const support::stem_record& s : support::read_stems(file).stems)
+        fuzz::require(std::isfinite(s.x + s.y + s.z), "positions that were read are finite");
+    } else {
+      const Eigen::Isometry3d motion = support::read_transform(file);
+      fuzz::require(std::abs(motion.linear().determinant() - 1) < 1e-3, "a motion that was read is rigid");
+    }
+  } catch (const support::file_error&) {
+    // which names the file, what is wrong and what would help
+  }
+  return 0;
+}

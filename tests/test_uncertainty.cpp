@@ -1,0 +1,159 @@
+#include "globalmatch/uncertainty.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+constexpr auto four = degrees_of_freedom::four;
+constexpr auto six = degrees_of_freedom::six;
+constexpr double quantile_of_two = 5.991, quantile_of_four = 9.488;  // chi squared, 95 %
+
+/// Stems of two scans that meet but for noise, and their least squares motion.
+struct noisy_match {
+  position_set source, target;
+  Eigen::Isometry3d truth;
+  map_pair maps;
+  hypothesis best;
+
+  noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
+      : source(scenes::set_in_order(scenes::random_stems(random, stems, 30, 20))),
+        truth(scenes::random_levelled_motion(random)),
+        maps(source, target, false, dof, 100) {
+    target = scenes::set_in_order(scenes::noisy(scenes::moved(truth, source.at), sigma, random));
+    for (stem_index i = 0; i < stems; ++i) best.correspondences.push_back({i, i});
+    best.target_from_source = *maps.fit(best.correspondences);
+    best.tolerance = 100 * sigma;
+  }
+
+  /// What leads from the estimate to the truth.
+  Eigen::Isometry3d error() const { return truth * best.target_from_source.inverse(); }
+};
+
+/// As rows of the covariance: shift of the center, turns.
+Eigen::VectorXd as_vector(const Eigen::Isometry3d& error, const motion_uncertainty& u) {
+  const Eigen::AngleAxisd turn(error.linear());
+  Eigen::VectorXd v(u.covariance.rows());
+  v.head<3>() = error * u.center - u.center;
+  const Eigen::Vector3d turns = turn.angle() * turn.axis();
+  if (v.size() == 4)
+    v[3] = turns.dot(u.up);
+  else
+    v.tail<3>() = turns;
+  return v;
+}
+
+double squared_deviations(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance) {
+  return off.dot(covariance.ldlt().solve(off));
+}
+
+}  // namespace
+
+TEST_CASE("the 95 % ellipse holds the truth in 92 to 98 of 100, with few pairs and many") {
+  constexpr int trials = 2000;
+  for (const degrees_of_freedom dof : {four, six})
+    for (const std::size_t pairs : {5u, 10u, 30u, 100u}) {
+      random_source random(pairs);
+      int whole = 0, at_center = 0, far_away = 0;
+      for (int i = 0; i < trials; ++i) {
+        noisy_match match(pairs, dof, 0.05, random);
+        fit_robustly(match.best, match.maps);
+        const auto u = uncertainty_of(match.best, match.maps);
+        REQUIRE(u);
+        const auto off_in_plan = [&](const Eigen::Vector3d& p) {
+          const Eigen::Vector2d off = (match.error() * p - p).head<2>();
+          return squared_deviations(off, u->at(p).topLeftCorner<2, 2>());
+        };
+        if (dof == four)
+          whole += squared_deviations(as_vector(match.error(), *u), u->covariance) < quantile_of_four;
+        at_center += off_in_plan(u->center) < quantile_of_two;
+        far_away += off_in_plan(u->center + Eigen::Vector3d(40, -30, 2)) < quantile_of_two;
+      }
+      CAPTURE(int(dof), pairs);
+      for (const int held : {dof == four ? whole : at_center, at_center, far_away}) {
+        CHECK(held >= 0.92 * trials);
+        CHECK(held <= 0.98 * trials);
+      }
+    }
+}
+
+TEST_CASE("the expected error is that of repeated matches, and grows away from the stems") {
+  random_source random(3);
+  double squares = 0, expected = 0;
+  const Eigen::Vector3d away(60, 0, 0);
+  for (int i = 0; i < 1000; ++i) {
+    noisy_match match(30, four, 0.05, random);
+    const auto u = uncertainty_of(match.best, match.maps);
+    REQUIRE(u);
+    const Eigen::Vector3d p = u->center + away;
+    squares += (match.error() * p - p).squaredNorm() / 1000;
+    expected += std::pow(u->expected_error(p), 2) / 1000;
+    CHECK(u->expected_error(p) > 2 * u->expected_error(u->center));
+  }
+  CHECK(std::sqrt(expected) == Approx(std::sqrt(squares)).epsilon(0.1));
+}
+
+TEST_CASE("the covariance is 4 x 4 in 4-DoF, 6 x 6 in 6-DoF, symmetric and positive") {
+  random_source random(4);
+  for (const degrees_of_freedom dof : {four, six}) {
+    noisy_match match(12, dof, 0.05, random);
+    const auto u = uncertainty_of(match.best, match.maps);
+    REQUIRE(u);
+    REQUIRE(u->covariance.rows() == int(dof));
+    CHECK((u->covariance - u->covariance.transpose()).norm() < 1e-12 * u->covariance.norm());
+    CHECK(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(u->covariance)).eigenvalues()(0) >
+          0);
+  }
+}
+
+TEST_CASE("stems that are known to be certain count for more") {
+  random_source random(5);
+  noisy_match match(10, four, 0.05, random);
+  const double alike = uncertainty_of(match.best, match.maps)->expected_error({0, 0, 0});
+  match.source.sigma.assign(10, 1.0);
+  std::fill_n(match.source.sigma.begin(), 5, 1e-3);
+  const auto told = uncertainty_of(match.best, match.maps);
+  REQUIRE(told);
+  CHECK(told->expected_error({0, 0, 0}) != Approx(alike));
+}
+
+TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
+  random_source random(6);
+  const noisy_match three(3, four, 0.05, random);
+  CHECK(!uncertainty_of(three.best, three.maps));
+  noisy_match flat(10, four, 0.05, random);
+  flat.source.has_heights = false;
+  const auto u = uncertainty_of(flat.best, flat.maps);
+  REQUIRE(u);
+  CHECK(u->covariance(2, 2) == 0);
+  CHECK(u->covariance(0, 0) > 0);
+}
+
+TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
+  random_source random(7);
+  for (const degrees_of_freedom dof : {four, six}) {
+    noisy_match match(12, dof, 0.05, random);
+    const auto u = uncertainty_of(match.best, match.maps);
+    REQUIRE(u);
+    const local_frame frame{{500000, 5300000, 1000}, levelling_rotation({0.3, -0.2, 1})};
+    const motion_uncertainty there = in_caller_frame(*u, frame);
+    const Eigen::Vector3d p(12, -7, 3);
+    const Eigen::Matrix3d rotation = frame.local_from_scan_rotation;
+    CHECK((rotation * there.at(frame.to_scan(p)) * rotation.transpose() - u->at(p)).norm() <
+          1e-9 * u->at(p).norm());
+    CHECK(there.up.isApprox(Eigen::Vector3d(0.3, -0.2, 1).normalized()));
+  }
+}
+
+}  // namespace globalmatch
