@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -107,6 +108,27 @@ inline local_points as_local(const cloud& points) {
   for (const Eigen::Vector3f& p : points) result.push_back(p, static_cast<point_index>(result.size()));
   return result;
 }
+
+/// A plot of 16 m by 16 m with fifteen stems.
+struct small_plot {
+  cloud ground, stems;
+
+  explicit small_plot(std::uint64_t seed = 1) {
+    random_source random(seed);
+    ground = ground_points(random, 16, 0.1, 0.005, slope{5, 30});
+    for (int i = 0; i < 15; ++i) {
+      const double x = in_range(random, 1, 15), y = in_range(random, 1, 15);
+      const double z = slope{5, 30}(x, y);
+      append(stems, stem_points(random, upright(x, y, z, 0.12), 1500, {.from = 0, .to = 4, .noise = 0.003}));
+    }
+  }
+
+  cloud scan() const {
+    cloud both = ground;
+    append(both, stems);
+    return both;
+  }
+};
 
 inline cloud random_cloud(random_source& random, std::size_t count, double size) {
   cloud points;

@@ -13,31 +13,10 @@ namespace globalmatch {
 namespace {
 
 using scenes::cloud;
+using plot = scenes::small_plot;
 
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
-
-/// A plot of 16 m by 16 m with fifteen stems.
-struct plot {
-  cloud ground, stems;
-
-  explicit plot(std::uint64_t seed = 1) {
-    random_source random(seed);
-    ground = scenes::ground_points(random, 16, 0.1, 0.005, scenes::slope{5, 30});
-    for (int i = 0; i < 15; ++i) {
-      const double x = scenes::in_range(random, 1, 15), y = scenes::in_range(random, 1, 15);
-      const double z = scenes::slope{5, 30}(x, y);
-      scenes::append(stems, scenes::stem_points(random, scenes::upright(x, y, z, 0.12), 1500,
-                                                {.from = 0, .to = 4, .noise = 0.003}));
-    }
-  }
-
-  cloud scan() const {
-    cloud both = ground;
-    scenes::append(both, stems);
-    return both;
-  }
-};
 
 /// Each point as `change` makes it.
 template <class Change>

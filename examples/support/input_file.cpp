@@ -22,7 +22,7 @@ input_file::input_file(std::filesystem::path path) : path_(std::move(path)) {
   stream_.open(path_, std::ios::binary);
   if (!stream_) fail("cannot be opened for reading", "Check the permissions of the file");
   unread_ = fs::file_size(path_);
-  buffer_.resize(block_size);
+  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(block_size, unread_)));
   if (peek(3) == "\xEF\xBB\xBF") skip(3);
 }
 
