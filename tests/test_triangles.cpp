@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "catch.hpp"
@@ -109,6 +110,30 @@ TEST_CASE("build_triangles gives every triangle of maps of up to K + 1 stems, Eq
     const position_set stems = scenes::set_in_order(scenes::random_stems(random, n, 30, 30));
     CHECK(build_triangles(stems, false).size() == (n < 3 ? 0 : n * (n - 1) * (n - 2) / 6));
   }
+}
+
+TEST_CASE("K may be as large as it likes: all triangles then") {
+  random_source random(4);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 12, 20, 20));
+  for (const int neighbors : {11, 12, 100000, std::numeric_limits<int>::max()})
+    CHECK(build_triangles(stems, false, {.neighbors = neighbors}).size() == 220);
+  CHECK(build_triangles({}, false, {.neighbors = 20}).empty());
+}
+
+TEST_CASE("build_triangles gives the same bits for any number of threads, and can be cancelled") {
+  random_source random(5);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 200, 50, 50));
+  const auto alone = build_triangles(stems, false, {}, {.threads = 1});
+  for (const int threads : {2, 8}) {
+    const auto together = build_triangles(stems, false, {}, {.threads = threads});
+    REQUIRE(together.size() == alone.size());
+    for (std::size_t i = 0; i < alone.size(); ++i) {
+      CHECK(together[i].vertices == alone[i].vertices);
+      CHECK(together[i].edges == alone[i].edges);
+    }
+  }
+  CHECK_THROWS_AS(build_triangles(stems, false, {}, {.on_progress = [](const progress&) { return false; }}),
+                  operation_cancelled);
 }
 
 TEST_CASE("build_triangles gives at most (K^2 - K) / 2 triangles a stem, Eq. 3") {

@@ -108,8 +108,8 @@ TEST_CASE("a wrapped grid visits its points in one order, whatever parts they we
     CAPTURE(parts);
     const grid in_parts(
         points.size(), 2.0, parts,
-        [&](std::size_t part, const auto& visit) {
-          for (auto i = part * points.size() / parts; i < (part + 1) * points.size() / parts; ++i)
+        [&](std::size_t part, std::size_t all, const auto& visit) {
+          for (auto i = part * points.size() / all; i < (part + 1) * points.size() / all; ++i)
             visit(grid::item{points[i], static_cast<std::uint32_t>(i)});
         },
         [](std::size_t all, const auto& work) {
@@ -117,6 +117,38 @@ TEST_CASE("a wrapped grid visits its points in one order, whatever parts they we
         });
     CHECK(visited(in_parts) == in_one);
   }
+}
+
+TEST_CASE("cells of any width find the same points") {
+  using grid = wrapped_grid<float, 2>;
+  random_source random(5);
+  std::vector<std::array<float, 2>> points;
+  for (int i = 0; i < 50; ++i) points.push_back({float(random.uniform()), float(random.uniform())});
+  for (const float cell : {0.0f, 1e-40f, 1e-6f, 0.1f, 1e20f, std::numeric_limits<float>::infinity()}) {
+    CAPTURE(cell);
+    const grid g(points.size(), cell, [&](std::size_t i) {
+      return grid::item{points[i], static_cast<std::uint32_t>(i)};
+    });
+    std::size_t found = 0, expected = 0;
+    g.for_each_near({0.5f, 0.5f}, 0.25f, [&](const auto&) { ++found; });
+    for (const auto& p : points) expected += std::abs(p[0] - 0.5f) <= 0.25f && std::abs(p[1] - 0.5f) <= 0.25f;
+    CHECK(found == expected);
+    std::size_t all = 0;
+    g.for_each_near({0.5f, 0.5f}, std::numeric_limits<float>::infinity(), [&](const auto&) { ++all; });
+    CHECK(all == points.size());
+  }
+}
+
+TEST_CASE("a grid that was moved away is empty, and one of too many points is refused") {
+  using grid = wrapped_grid<double, 2>;
+  random_source random(6);
+  grid from = grid_of(random_points(20, 10, random), 1.0);
+  const grid to = std::move(from);
+  CHECK(to.size() == 20);
+  CHECK(from.size() == 0);
+  CHECK(!from.any_near({5, 5}, 10, [](const auto&) { return true; }));
+  CHECK_THROWS_AS(grid(std::size_t(1) << 32, 1.0, [](std::size_t) { return grid::item{}; }),
+                  std::length_error);
 }
 
 }  // namespace globalmatch

@@ -37,8 +37,10 @@ struct correspondence {
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
-  double tolerance = 0;           ///< [m] stems this near each other were paired
-  double log10_false_alarms = 0;  ///< motions by chance that pair as many stems; see `significance.hpp`
+  double tolerance = 0;  ///< [m] stems this near each other were paired
+  /// Motions by chance that pair as many stems; see `significance.hpp`. The best one of a matching was judged
+  /// before its last pairs, which may lie further from each other, were added.
+  double log10_false_alarms = 0;
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
   bool told_by_gaps =
       false;       ///< chance explains its stems better than the gaps in the rows that it lays on gaps

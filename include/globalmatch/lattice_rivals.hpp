@@ -41,7 +41,7 @@ void for_each_own_motion(const map_pair& maps, stem_index t, double tolerance, c
 }
 
 /// Hypotheses at the tolerance of `h` that come of it by shifts and turns of the stand onto itself, around
-/// some of the stems that it pairs, where they pair half as many or more; verified, not weighed. None where
+/// some of the stems that it pairs, where they pair half as many or more; verified, not weighed. Few where
 /// stems stand at random. Cost: some dozen looks at the stems around a stem, and at most `most`
 /// verifications.
 inline std::vector<hypothesis> lattice_rivals(const hypothesis& h, const map_pair& maps) {
@@ -49,16 +49,18 @@ inline std::vector<hypothesis> lattice_rivals(const hypothesis& h, const map_pai
   constexpr std::size_t least = 4;             // pairs around one that are worth a verification
   constexpr double around = 3;                 // spacings: some 28 stems
   std::vector<hypothesis> rivals;
-  const std::size_t step = std::max<std::size_t>(1, h.correspondences.size() / asked);
+  const std::size_t step = std::max<std::size_t>(1, (h.correspondences.size() + asked - 1) / asked);
+  std::size_t verified = 0;
   for (std::size_t i = step / 2; i < h.correspondences.size(); i += step) {
     const auto [s, t] = h.correspondences[i];
     const Eigen::Vector3d& center = maps.source.at[s];
     const double radius = around * maps.source_plan->spacing();
     const auto own_pairs = maps.pair_stems(h.target_from_source, h.tolerance, center, radius);
     for_each_own_motion(maps, t, h.tolerance, [&](const Eigen::Isometry3d& own) {
-      if (rivals.size() == most) return;
+      if (verified == most) return;
       const auto pairs = maps.pair_stems(own * h.target_from_source, 2 * h.tolerance, center, radius);
       if (pairs.size() < least || 2 * pairs.size() < own_pairs.size()) return;
+      ++verified;
       if (auto rival = verify(maps, pairs, h.tolerance)) rivals.push_back(std::move(*rival));
     });
   }

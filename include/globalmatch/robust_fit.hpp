@@ -113,9 +113,13 @@ inline void complete_pairs(hypothesis& h, const map_pair& maps, std::span<const 
   constexpr double deviations = 3;
   if (h.correspondences.size() < least) return;
   const double wanted = deviations * std::sqrt(detail::observed_variance(maps, h));
+  hypothesis wider = h;
   for (const double tolerance : tolerances)
-    if (tolerance > h.tolerance && h.tolerance < wanted) h.tolerance = tolerance;
-  fit_robustly(h, maps);
+    if (tolerance > wider.tolerance && wider.tolerance < wanted) wider.tolerance = tolerance;
+  wider.correspondences = maps.pair_stems(h.target_from_source, wider.tolerance);
+  wider.rms = maps.rms(h.target_from_source, wider.correspondences);
+  fit_robustly(wider, maps);
+  h = std::move(wider);
 }
 
 }  // namespace globalmatch

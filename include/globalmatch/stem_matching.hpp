@@ -51,7 +51,8 @@ struct matching_options {
   bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
   /// 0.05), in plan in 4-DoF (but for the edges of `algorithm_1`). Empty: the one at which the pairs are
-  /// least explainable by chance.
+  /// least explainable by chance, or a wider one where three standard deviations of the misfits reach
+  /// further.
   std::optional<double> tolerance = {};
   /// [m] in 4-DoF the heights of paired stems differ by less: where the ground is hidden, by shrubs or in a
   /// hollow, they are off by decimetres (ours)
@@ -134,7 +135,8 @@ inline constexpr std::array pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08
 
 inline namespace GLOBALMATCH_THREADING {
 
-inline prepared_map without_triangles(position_set stems, bool in_plan) {
+inline prepared_map without_triangles(position_set stems, bool in_plan, const execution& how) {
+  report_progress(how, "plan index", 0);
   prepared_map map{std::move(stems), nullptr, nullptr, {}, in_plan};
   map.plan = std::make_shared<plan_index>(map.stems);
   map.background = std::make_shared<stand>(map.stems, map.plan);
@@ -146,7 +148,7 @@ inline prepared_map without_triangles(position_set stems, bool in_plan) {
 inline prepared_map prepare_positions(position_set stems, bool in_plan,
                                       const indexed_matching_options& options, const execution& how,
                                       std::size_t least_queried = 0) {
-  prepared_map map = without_triangles(std::move(stems), in_plan);
+  prepared_map map = without_triangles(std::move(stems), in_plan, how);
   const int neighbors =
       map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
   const std::size_t step =
@@ -368,7 +370,8 @@ inline matching match_positions(position_set source, position_set target,
                                 const matching_options& options = {}, const execution& how = {}) {
   require_valid(options);
   if (options.proposal == proposal::algorithm_1)
-    return detail::match_prepared(source, detail::without_triangles(std::move(target), true), options, how);
+    return detail::match_prepared(source, detail::without_triangles(std::move(target), true, how), options,
+                                  how);
   const bool in_plan = options.dof == degrees_of_freedom::four, swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
   return detail::match_prepared(

@@ -24,10 +24,6 @@ namespace globalmatch {
 /// Vertices of triangles, found by their edge lengths [m].
 using triangle_grid = wrapped_grid<float, 3, std::array<stem_index, 3>>;
 
-inline triangle_grid::item by_edges(const triangle& t) {
-  return {edge_point(t), t.vertices};
-}
-
 inline namespace GLOBALMATCH_THREADING {
 
 /// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
@@ -68,7 +64,7 @@ class triangle_index {
         const auto maker = static_cast<stem_index>(i * step);
         for_each_own_triangle(nearest, neighbors, step, maker, [&](stem_index a, stem_index b) {
           const triangle t = make_triangle(stems, {maker, a, b}, horizontal);
-          made[begin / chunk].push_back(by_edges(t));
+          made[begin / chunk].push_back({edge_point(t), t.vertices});
         });
       }
     });
@@ -77,8 +73,8 @@ class triangle_index {
     const std::size_t parts = std::min({made.size(), std::size_t(thread_count(how)), most_parts});
     triangles_ = triangle_grid(
         count, cell, parts,
-        [&](std::size_t part, const auto& visit) {
-          for (std::size_t c = part * made.size() / parts; c < (part + 1) * made.size() / parts; ++c)
+        [&](std::size_t part, std::size_t all, const auto& visit) {
+          for (std::size_t c = part * made.size() / all; c < (part + 1) * made.size() / all; ++c)
             for (const triangle_grid::item& i : made[c]) visit(i);
         },
         [&](std::size_t all, const auto& work) { parallel_for(how, "triangle cells", all, work, 1); });
@@ -90,7 +86,6 @@ class triangle_index {
   /// precision of a float.
   template <class Visit>
   void for_each_like(const triangle& t, double tolerance, const Visit& visit) const {
-    if (size() == 0) return;
     triangles_.for_each_near(edge_point(t), float(tolerance), [&](const auto& item) { visit(item.label); });
   }
 

@@ -72,7 +72,8 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
                                              const execution& how = {}) {
   require_valid(options);
   const std::size_t size = stems.size();
-  const auto neighbors = std::size_t(options.neighbors);
+  const std::size_t neighbors =
+      std::min(std::size_t(options.neighbors), size - std::min<std::size_t>(size, 1));
   const neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
     return Eigen::Vector3d(stems.at[i].x(), stems.at[i].y(), horizontal ? 0.0 : stems.at[i].z());
   });
@@ -81,7 +82,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   std::vector<std::vector<triplet>> found((size + chunk - 1) / chunk);
   parallel_chunks(how, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
     auto& own = found[begin / chunk];
-    own.reserve((end - begin) * neighbors * (neighbors - 1) / 2);
+    own.reserve((end - begin) * neighbors * (std::max<std::size_t>(neighbors, 1) - 1) / 2);
     std::vector<neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       tree.nearest(tree[i], neighbors + 1, nearest);
@@ -115,7 +116,10 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   std::size_t count = 0;
   for (const auto& own : made) count += own.size();
   triangles.reserve(count);
-  for (const auto& own : made) triangles.insert(triangles.end(), own.begin(), own.end());
+  for (auto& own : made) {
+    triangles.insert(triangles.end(), own.begin(), own.end());
+    own = {};
+  }
   return triangles;
 }
 

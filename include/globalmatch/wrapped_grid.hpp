@@ -7,7 +7,9 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <memory>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -27,18 +29,23 @@ class wrapped_grid {
   wrapped_grid() = default;
 
   /// Points in parts that may be sorted into cells at the same time. `cell` is the width of cells in the unit
-  /// of the points, of which there are `count`. `for_each_of(part, visit)` calls `visit(item)` for those of a
-  /// part, the same twice. `run(parts, work)` calls `work(part)` for each. In a cell items keep their order,
-  /// whatever the parts. Cost: O(count), and 4 bytes for each cell and part on the way.
+  /// of the points, of which there are `count`. `for_each_of(part, parts, visit)` calls `visit(item)` for
+  /// those of a part, the same twice. `run(parts, work)` calls `work(part)` for each. In a cell items keep
+  /// their order, whatever the parts. Throws `std::length_error` for 2^32 points or more. Cost: O(count);
+  /// counting needs another 4 bytes for each cell and part, and parts are fewer where that is more than the
+  /// points need.
   template <class ForEachOf, class Run>
   wrapped_grid(std::size_t count, T cell, std::size_t parts, const ForEachOf& for_each_of, const Run& run)
-      : per_unit_(1 / cell) {
+      : per_unit_(1 / std::clamp(cell, finest, coarsest)) {
+    if (count > std::numeric_limits<std::uint32_t>::max())
+      throw std::length_error("a grid holds at most 2^32 - 1 points");
     while ((std::size_t(1) << (bits_ * Dimension)) < count / 2 && (bits_ + 1) * Dimension <= 30) ++bits_;
     const std::size_t cells = std::size_t(1) << (bits_ * Dimension);
+    parts = std::min(parts, std::max<std::size_t>(1, count * sizeof(item) / (cells * sizeof(std::uint32_t))));
     std::vector<std::vector<std::uint32_t>> places(parts);  // counts first, then where items go
     run(parts, [&](std::size_t part) {
       places[part].assign(cells, 0);
-      for_each_of(part, [&](const item& i) { ++places[part][bucket(i.at)]; });
+      for_each_of(part, parts, [&](const item& i) { ++places[part][bucket(i.at)]; });
     });
     first_.assign(cells + 1, 0);
     std::uint32_t place = 0;
@@ -47,9 +54,8 @@ class wrapped_grid {
       first_[c + 1] = place;
     }
     items_.reset(new item[count]);  // not filled with zeros: each part touches its own memory first
-    size_ = count;
     run(parts, [&](std::size_t part) {
-      for_each_of(part, [&](const item& i) { items_[places[part][bucket(i.at)]++] = i; });
+      for_each_of(part, parts, [&](const item& i) { items_[places[part][bucket(i.at)]++] = i; });
     });
   }
 
@@ -58,19 +64,19 @@ class wrapped_grid {
   wrapped_grid(std::size_t count, T cell, const ItemOf& item_of)
       : wrapped_grid(
             count, cell, 1,
-            [&](std::size_t, const auto& visit) {
+            [&](std::size_t, std::size_t, const auto& visit) {
               for (std::size_t i = 0; i < count; ++i) visit(item_of(i));
             },
             [](std::size_t, const auto& work) { work(0); }) {}
 
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return first_.empty() ? 0 : first_.back(); }
 
   /// Points in the cell of a point, on average over the points: few where the width of cells suits them.
   double crowding() const {
     double squares = 0;
     for (std::size_t b = 0; b + 1 < first_.size(); ++b)
       squares += std::pow(double(first_[b + 1] - first_[b]), 2);
-    return size_ == 0 ? 0 : squares / double(size_);
+    return size() == 0 ? 0 : squares / double(size());
   }
 
   /// Calls `visit(item)` for the points within `reach` of `center` in every coordinate, each once; the order
@@ -86,6 +92,7 @@ class wrapped_grid {
   /// Whether `holds(item)` for one of them; the others are not looked at.
   template <class Holds>
   bool any_near(const point& center, T reach, const Holds& holds) const {
+    if (size() == 0) return false;
     std::array<std::int64_t, Dimension> low, high;
     for (std::size_t d = 0; d < Dimension; ++d) {
       low[d] = cell_index(center[d] - reach);
@@ -117,6 +124,8 @@ class wrapped_grid {
   }
 
  private:
+  static constexpr T finest = T(1e-6), coarsest = T(1e6);  // cells; others would not be faster
+
   std::int64_t cell_index(T value) const {
     constexpr T far = T(1e15);  // beyond any map, within any integer
     const T cells = std::clamp(value * per_unit_, -far, far);
@@ -146,7 +155,6 @@ class wrapped_grid {
   T per_unit_ = 1;
   unsigned bits_ = 0;                          // of the cell number in each dimension
   std::vector<std::uint32_t> first_ = {0, 0};  // where each cell's items begin
-  std::size_t size_ = 0;
   std::shared_ptr<item[]> items_;
 };
 
