@@ -34,8 +34,9 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   const map_pair maps(source, target, false, degrees_of_freedom::four);
   const std::vector<triangle> source_triplets = all_triplets(source), target_triplets = all_triplets(target);
   constexpr float cell = 0.1f;  // [m]
-  const triangle_grid target_grid(target_triplets.size(), cell,
-                                  [&](std::size_t i) { return by_edges(target_triplets[i]); });
+  const triangle_grid target_grid(target_triplets.size(), cell, [&](std::size_t i) {
+    return triangle_grid::item{edge_point(target_triplets[i]), target_triplets[i].vertices};
+  });
   triplet_match result;
   result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();

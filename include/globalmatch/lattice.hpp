@@ -58,7 +58,7 @@ namespace detail {
 
 /// Shifts [m] from some stems to those around, as positions in plan.
 inline position_set shifts_to_neighbors(const plan_index& stems) {
-  constexpr std::size_t neighbors = 12, most_looked_at = 64;
+  constexpr std::size_t neighbors = 12, most_looked_at = 24;
   const std::size_t step = (stems.size() + most_looked_at - 1) / most_looked_at;
   position_set shifts;
   std::vector<neighbor<double>> nearest;
@@ -76,19 +76,19 @@ inline position_set shifts_to_neighbors(const plan_index& stems) {
 class repeated_shifts {
  public:
   repeated_shifts(const plan_index& stems, double reach)
-      : shifts_(shifts_to_neighbors(stems)), reach_(reach) {}
+      : shifts_(shifts_to_neighbors(stems)), reach_(reach) {
+    for (stem_index i = 0; i < shifts_.size(); ++i) counts_.push_back(count_near(shifts_.at(i)));
+    for (const std::size_t count : counts_) most_ = std::max(most_, count);
+  }
 
   /// The shortest of those that at least half as many are near as are near any, farther than `reach` off the
   /// line along `aside_of`, or 0; as the mean of those near it.
   std::optional<Eigen::Vector2d> shortest(const Eigen::Vector2d& aside_of = Eigen::Vector2d::Zero()) const {
     std::optional<Eigen::Vector2d> found;
-    std::vector<std::size_t> counts;
-    for (stem_index i = 0; i < shifts_.size(); ++i) counts.push_back(count_near(shifts_.at(i)));
-    const std::size_t most = counts.empty() ? 0 : *std::max_element(counts.begin(), counts.end());
     for (stem_index i = 0; i < shifts_.size(); ++i) {
       const Eigen::Vector2d& s = shifts_.at(i);
       const double off = std::abs(s.x() * aside_of.y() - s.y() * aside_of.x());
-      if (2 * counts[i] < most || off < least_sine * s.norm() * aside_of.norm()) continue;
+      if (2 * counts_[i] < most_ || off < least_sine * s.norm() * aside_of.norm()) continue;
       if (!found || s.squaredNorm() < found->squaredNorm()) found = s;
     }
     for (int round = 0; found && round < 10; ++round) found = mean_near(*found);
@@ -112,7 +112,9 @@ class repeated_shifts {
   }
 
   plan_index shifts_;
-  double reach_;  // [m]
+  double reach_;                     // [m]
+  std::vector<std::size_t> counts_;  // of shifts near each
+  std::size_t most_ = 0;
 };
 
 }  // namespace detail

@@ -220,12 +220,11 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
   return stand(paired, std::make_shared<plan_index>(paired));
 }
 
-/// Of a stand in rows: adds what its gaps tell, to the evidence and to the hypotheses, all weighed at one
-/// tolerance.
+/// Of a stand in rows: adds what its gaps tell, to the evidence and to the hypotheses, ranked and all weighed
+/// at one tolerance.
 inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& maps, const chance& by_chance,
                           const lattice& rows) {
   constexpr std::size_t most = 16;
-  rank(hypotheses);
   const double tolerance = hypotheses.front().tolerance;
   const lattice_gaps gaps(maps, rows, hypotheses.front());
   for (hypothesis& h : gaps.propose(tolerance, most)) {
@@ -242,11 +241,12 @@ inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& m
   hypotheses = std::move(distinct);
 }
 
-/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `rows`: the
-/// lattice of the target where it has one.
+/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `in_rows`: the
+/// target stands so.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
-                                      chance by_chance, std::span<const double> tolerances,
-                                      const std::optional<lattice>& rows, std::size_t most) {
+                                      chance by_chance, std::span<const double> tolerances, bool in_rows,
+                                      std::size_t most) {
+  constexpr double told = -10;  // log10 of false alarms: stems alone tell enough, gaps are not asked
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
   fit_robustly(best, maps);
@@ -261,16 +261,18 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
     weigh(rival, maps, by_chance, std::span(&tolerance, 1));
     add_distinct(std::move(rival), settled, maps);
   }
-  if (rows) weigh_by_gaps(settled, maps, by_chance, *rows);
+  rank(settled);
+  if (in_rows && settled.front().log10_false_alarms > told)
+    if (const auto rows = find_lattice(*maps.target_plan)) weigh_by_gaps(settled, maps, by_chance, *rows);
   keep_best(settled, most);
   complete_pairs(settled.front(), maps, tolerances);
   return settled;
 }
 
-/// Ranked hypotheses, weighed against chance. `rows`: the lattice of the target where it has one.
+/// Ranked hypotheses, weighed against chance.
 inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
-                                       const std::optional<lattice>& rows, const matching_options& options,
-                                       matching_funnel& funnel, const execution& how) {
+                                       const matching_options& options, matching_funnel& funnel,
+                                       const execution& how) {
   using tolerances = std::span<const double>;
   const tolerances proposing = options.tolerance ? tolerances(&*options.tolerance, 1) : proposal_tolerances;
   const tolerances pairing = options.tolerance ? proposing : pairing_tolerances;
@@ -288,7 +290,8 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
       if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
     }
   }
-  return settle(std::move(hypotheses), maps, by_chance, pairing, rows, options.indexed.most_hypotheses);
+  return settle(std::move(hypotheses), maps, by_chance, pairing, target.background->is_in_rows(),
+                options.indexed.most_hypotheses);
 }
 
 /// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next
@@ -344,16 +347,15 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
                                     : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
-  const bool in_rows = target.background->is_in_rows();
-  result.rows = in_rows ? find_lattice(*maps.target_plan) : std::nullopt;
-  result.hypotheses = propose(maps, target, result.rows, options, result.funnel, how);
+  result.hypotheses = propose(maps, target, options, result.funnel, how);
   forget_what_chance_explains(result.hypotheses, options.verdict);
   if (swapped) {
     for (hypothesis& h : result.hypotheses) h = reversed(std::move(h));
     std::swap(result.funnel.source_stems, result.funnel.target_stems);
     std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
-    if (in_rows) result.rows = find_lattice(*maps.source_plan);
   }
+  if (target.background->is_in_rows())
+    result.rows = find_lattice(swapped ? *maps.source_plan : *maps.target_plan);
   conclude(result, swapped ? maps.reversed() : maps, options);
   return result;
 }
