@@ -180,8 +180,8 @@ std::string summary(const matching& result) {
     line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
          << result.funnel.target_stems << " stems matched";
   if (result.uncertainty)
-    line << std::setprecision(2) << ", expected error "
-         << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm among them";
+    line << std::setprecision(2) << ", by the stems alone good to "
+         << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
   return line.str();
 }
 

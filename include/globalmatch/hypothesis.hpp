@@ -9,6 +9,7 @@
 #include <cmath>
 #include <compare>
 #include <cstddef>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -126,7 +127,9 @@ class map_pair {
 
   /// The same maps the other way round.
   map_pair reversed() const {
-    return map_pair(target, source, target_plan, source_plan, horizontal, dof, vertical_tolerance);
+    map_pair maps(target, source, target_plan, source_plan, horizontal, dof, vertical_tolerance);
+    maps.on_the_way = on_the_way;
+    return maps;
   }
 
   const position_set &source, &target;
@@ -134,6 +137,9 @@ class map_pair {
   const degrees_of_freedom dof;
   const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
   const std::shared_ptr<const plan_index> source_plan, target_plan;
+  /// Called now and then by what looks at all stems, so that it can be cancelled; may throw, and may be
+  /// empty.
+  std::function<void()> on_the_way;
 
   /// Whether distances are those in plan.
   bool in_plan() const { return dof == degrees_of_freedom::four; }
@@ -172,13 +178,18 @@ class map_pair {
   std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double tolerance,
                                          const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
                                          double radius = std::numeric_limits<double>::infinity()) const {
+    constexpr std::size_t often = 16384;
     std::vector<std::pair<double, correspondence>> candidates;
+    std::size_t looked_at = 0;
     for_each_source_within(center, radius, [&](stem_index s) {
+      if (++looked_at % often == 0) say_on_the_way();
       for_each_met(target_from_source * source.at[s], tolerance, [&](stem_index t, double distance) {
         candidates.push_back({distance, {s, t}});
       });
     });
+    if (looked_at >= often) say_on_the_way();
     std::sort(candidates.begin(), candidates.end());
+    if (looked_at >= often) say_on_the_way();
     std::vector<bool> source_taken(source.size()), target_taken(target.size());
     std::vector<correspondence> pairs;
     for (const auto& entry : candidates) {
@@ -205,6 +216,10 @@ class map_pair {
     std::vector<Eigen::Vector3d> from(pairs.size()), to(pairs.size());
     std::vector<double> rises(pairs.size());
     return fit(pairs, weights, from, to, rises);
+  }
+
+  void say_on_the_way() const {
+    if (on_the_way) on_the_way();
   }
 
   /// Distance [m] of two paired stems.

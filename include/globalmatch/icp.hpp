@@ -68,13 +68,16 @@ struct icp_result {
 };
 
 namespace detail {
+inline namespace GLOBALMATCH_THREADING {
 
 /// Unit normals of the surface around each target sample.
 inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vector3d>& samples,
-                                                   const neighbor_tree<double, 3>& tree, int neighbors) {
-  std::vector<Eigen::Vector3d> normals;
-  std::vector<neighbor<double>> nearest;
-  for (const Eigen::Vector3d& p : samples) {
+                                                   const neighbor_tree<double, 3>& tree, int neighbors,
+                                                   const execution& how) {
+  std::vector<Eigen::Vector3d> normals(samples.size());
+  parallel_for(how, "icp", samples.size(), [&](std::size_t i) {
+    const Eigen::Vector3d& p = samples[i];
+    std::vector<neighbor<double>> nearest;
     tree.nearest({p.x(), p.y(), p.z()}, std::size_t(neighbors), nearest);
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
     for (const auto& n : nearest) mean += samples[n.index] / double(nearest.size());
@@ -83,8 +86,8 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
       covariance += (samples[n.index] - mean) * (samples[n.index] - mean).transpose();
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(covariance);
-    normals.push_back(solver.eigenvectors().col(0));
-  }
+    normals[i] = solver.eigenvectors().col(0);
+  });
   return normals;
 }
 
@@ -94,7 +97,8 @@ struct icp_surface {
   bool faces;                     // the normals point outwards
   neighbor_tree<double, 3> tree;  // of the target
 
-  icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options)
+  icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options,
+              const execution& how)
       : target(std::move(layer.target)),
         faces(!layer.target_normals.empty()),
         tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
@@ -106,11 +110,13 @@ struct icp_surface {
     if (faces)
       normals = std::move(layer.target_normals);
     else if (options.metric == icp_metric::point_to_plane)
-      normals = sample_normals(target, tree, options.plane_neighbors);
+      normals = sample_normals(target, tree, options.plane_neighbors, how);
     else
       normals.resize(target.size());
   }
 };
+
+}  // namespace GLOBALMATCH_THREADING
 
 /// Small motion that brings `moved` nearest to the planes through `target` along `normals` (linearised
 /// rotation), about `center`. 4-DoF turns about z alone.
@@ -208,7 +214,10 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   const bool planes = options.metric == icp_metric::point_to_plane;
   const Eigen::Vector3d origin = layers.front().target.front();  // small numbers keep the digits
   std::vector<detail::icp_surface> surfaces;
-  for (icp_layer& layer : layers) surfaces.emplace_back(layer, origin, options);
+  for (icp_layer& layer : layers) {
+    report_progress(how, "icp", 0);
+    surfaces.emplace_back(layer, origin, options, how);
+  }
 
   while (result.iterations < options.most_iterations && !result.converged) {
     std::vector<Eigen::Vector3d> moved, partners, normals;

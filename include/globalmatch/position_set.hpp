@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/statistics.hpp"
@@ -50,9 +51,12 @@ inline void replace_unknown(std::vector<double>& sigma) {
 
 /// Reads the caller's positions, and how uncertain they are where their type says so (`point_traits`). `name`
 /// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite or
-/// beyond 1e12 m, or a standard deviation negative or not finite.
+/// beyond 1e12 m, or a standard deviation negative or not finite, and
+/// `operation_cancelled`.
 template <position_range R>
-position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name) {
+position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
+                              const execution& how = {}) {
+  constexpr std::size_t often = 65536;
   constexpr double farthest = 1e12;  // [m]
   position_set set;
   set.has_heights = point_range<R>;
@@ -66,6 +70,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   constexpr bool has_sigma = has_position_sigma<std::ranges::range_value_t<R>>;
   std::vector<entry> given;
   for (const auto& position : positions) {
+    if (given.size() % often == 0) report_progress(how, "positions", 0);
     const Eigen::Vector3d p = xyz(position);
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
@@ -83,6 +88,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     given.push_back({p.x(), p.y(), p.z(), sigma, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
+  if (given.size() > often) report_progress(how, "positions", 0.5);
   set.at.reserve(given.size());
   set.original.reserve(given.size());
   if (!given.empty()) set.frame.origin = {given.front().x, given.front().y, given.front().z};

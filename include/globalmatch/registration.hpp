@@ -119,8 +119,8 @@ inline registration register_maps(const stem_map& source, const stem_map& target
   }
   try {
     result.matching =
-        match_positions(import_positions(source.stems, source.up, "source"),
-                        import_positions(target.stems, target.up, "target"), options.matching, how);
+        match_positions(import_positions(source.stems, source.up, "source", how),
+                        import_positions(target.stems, target.up, "target", how), options.matching, how);
     result.outcome = result.matching.outcome;
     const auto least = std::size_t(options.matching.verdict.least_correspondences);
     if (std::min(source.stems.size(), target.stems.size()) < least)

@@ -159,8 +159,7 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   // Understory layer, one point a voxel
   local_points understory = select_understory(scan, map.terrain, options.understory, how);
   map.funnel.understory = understory.size();
-  report_progress(how, "voxels", 0);
-  understory = select(understory, thin_by_voxels(understory, options.voxel_size));
+  understory = select(understory, thin_by_voxels(understory, options.voxel_size, how));
   map.funnel.thinned = understory.size();
 
   // Stem points, by verticality

@@ -339,8 +339,9 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   matching result;
   result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
   report_progress(how, "plan index", 0);
-  const map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
-                      options.vertical_tolerance);
+  map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
+                options.vertical_tolerance);
+  maps.on_the_way = [&] { report_progress(how, "verification", 0); };
   if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)
     throw std::invalid_argument(maps.in_plan()
                                     ? "target was prepared for distances in space; prepare it with dof four"
@@ -388,7 +389,7 @@ template <position_range R>
 prepared_map prepare_map(const R& stems, const matching_options& options = {},
                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
-  position_set set = import_positions(stems, up, "stems");
+  position_set set = import_positions(stems, up, "stems", how);
   const bool in_plan = options.dof == degrees_of_freedom::four;
   if (!in_plan && !set.has_heights)
     throw std::invalid_argument("dof: six degrees of freedom need heights in the map");
@@ -400,9 +401,8 @@ prepared_map prepare_map(const R& stems, const matching_options& options = {},
 template <position_range Source>
 matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},
                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
-  const position_set set = import_positions(source, up, "source");
   try {
-    return detail::match_prepared(set, target, options, how);
+    return detail::match_prepared(import_positions(source, up, "source", how), target, options, how);
   } catch (const operation_cancelled& e) {
     return detail::cancelled_matching(e);
   }
@@ -417,8 +417,8 @@ template <position_range Source, position_range Target>
 matching match_stems(const Source& source, const Target& target, const matching_options& options = {},
                      const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   try {
-    return match_positions(import_positions(source, up, "source"), import_positions(target, up, "target"),
-                           options, how);
+    return match_positions(import_positions(source, up, "source", how),
+                           import_positions(target, up, "target", how), options, how);
   } catch (const operation_cancelled& e) {
     return detail::cancelled_matching(e);
   }
