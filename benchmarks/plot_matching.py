@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Plots what matching_complexity and matching_windows wrote (CSV) as SVG. Needs matplotlib.
+"""Plots what matching_complexity, matching_windows and matching_verdicts wrote (CSV) as SVG. Needs matplotlib.
 
 plot_matching.py time    complexity.csv ... -o time.svg     median time against stems, by matcher and layout
 plot_matching.py memory  complexity.csv ... -o memory.svg   peak memory against stems
 plot_matching.py success complexity.csv ... -x overlap -o success.svg   share registered rightly against a column
 plot_matching.py curve   windows.csv ...    -o curve.svg    the same against stems that both windows show
+plot_matching.py calibration verdicts.csv -o calibration.svg    share that is right against the probability that was told
 """
 import argparse
 import csv
@@ -81,8 +82,22 @@ def plot_curve(arguments):
     axes[0, 0].set_ylabel("registered rightly [%]")
 
 
+def plot_calibration(arguments):
+    bins = 20
+    pairs = sorted((float(row["probability"]), row["best_right"] == "1") for _, row in rows_of(arguments.files) if row["suite"] == "calibration")
+    told, was = [], []
+    for b in range(bins):
+        own = pairs[b * len(pairs) // bins:(b + 1) * len(pairs) // bins]
+        told.append(statistics.mean(p for p, _ in own))
+        was.append(statistics.mean(right for _, right in own))
+    pyplot.plot([0, 1], [0, 1], color="gray", linewidth=1, label="as told")
+    pyplot.plot(told, was, marker="o", label=f"bins of {len(pairs) // bins} pairs")
+    pyplot.xlabel("probability that the best hypothesis is right")
+    pyplot.ylabel("share that is right")
+
+
 def main():
-    plots = {"time": plot_time, "memory": plot_memory, "success": plot_success, "curve": plot_curve}
+    plots = {"time": plot_time, "memory": plot_memory, "success": plot_success, "curve": plot_curve, "calibration": plot_calibration}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("plot", choices=plots)
     parser.add_argument("files", nargs="+")

@@ -182,6 +182,8 @@ std::string summary(const matching& result) {
   if (result.uncertainty)
     line << std::setprecision(2) << ", by the stems alone good to "
          << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
+  if (result.outcome == outcome::registered && result.hypotheses.front().told_by_gaps)
+    line << "; gaps in the rows told it from their other places";
   return line.str();
 }
 

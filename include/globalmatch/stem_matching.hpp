@@ -225,6 +225,7 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
 inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& maps, const chance& by_chance,
                           const lattice& rows) {
   constexpr std::size_t most = 16;
+  constexpr double telling = -2;  // log10 of false alarms: the best of all motions of the lattice is near 0
   const double tolerance = hypotheses.front().tolerance;
   const lattice_gaps gaps(maps, rows, hypotheses.front());
   for (hypothesis& h : gaps.propose(tolerance, most)) {
@@ -234,8 +235,8 @@ inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& m
   std::vector<hypothesis> distinct;
   for (hypothesis& h : hypotheses) {
     const double by_gaps = gaps.log10_false_alarms(h.target_from_source);
-    h.told_by_gaps = by_gaps < h.log10_false_alarms;
-    h.log10_false_alarms = std::min(h.log10_false_alarms, by_gaps);
+    h.told_by_gaps = by_gaps < std::min(h.log10_false_alarms, telling);
+    if (h.told_by_gaps) h.log10_false_alarms = by_gaps;
     add_distinct(std::move(h), distinct, maps);
   }
   hypotheses = std::move(distinct);

@@ -1,0 +1,84 @@
+// Does the uncertainty hold? Motions of made-up pairs of stems, and how often their 95 % ellipse holds the
+// truth.
+#include <globalmatch/uncertainty.hpp>
+
+#include <Eigen/Cholesky>
+
+#include "stem_layouts.hpp"
+#include "support/command_line.hpp"
+
+#include <iomanip>
+#include <iostream>
+
+using namespace globalmatch;
+using namespace globalmatch::benchmarks;
+
+namespace {
+
+position_set in_order(const positions& stems) {
+  position_set set;
+  set.at = stems;
+  for (stem_index i = 0; i < stems.size(); ++i) set.original.push_back(i);
+  return set;
+}
+
+/// Least squares over stems that meet but for noise.
+struct noisy_match {
+  position_set source, target;
+  Eigen::Isometry3d truth;
+  map_pair maps;
+  hypothesis best;
+
+  noisy_match(std::size_t stems, degrees_of_freedom dof, double noise, random_source& random)
+      : truth(any_yaw_elsewhere(random)), maps(source, target, false, dof, 100) {
+    positions here, there;
+    for (stem_index i = 0; i < stems; ++i) {
+      const double x = uniform(random, 0, 30), y = uniform(random, 0, 20);
+      here.push_back({x, y, relief(x, y)});
+      there.push_back(truth * here.back() + gaussian(random, noise));
+      best.correspondences.push_back({i, i});
+    }
+    source = in_order(here);
+    target = in_order(there);
+    best.target_from_source = *maps.fit(best.correspondences);
+    best.tolerance = 100 * noise;
+    fit_robustly(best, maps);
+  }
+
+  /// Whether the ellipse in plan holds where a place of the target belongs.
+  bool holds(const motion_uncertainty& u, const Eigen::Vector3d& place) const {
+    constexpr double quantile = 5.991;  // chi squared of two, 95 %
+    const Eigen::Isometry3d error = truth * best.target_from_source.inverse();
+    const Eigen::Vector2d off = (error * place - place).head<2>();
+    const Eigen::Matrix2d covariance = u.at(place).topLeftCorner<2, 2>();
+    return off.dot(covariance.ldlt().solve(off)) < quantile;
+  }
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("How often [%] the 95 % ellipse in plan holds the truth, at the centroid and 50 m away.",
+               "uncertainty_coverage");
+  int trials = 5000;
+  double noise = 0.05;
+  app.add_option("--trials", trials, "for each number of pairs")->capture_default_str();
+  app.add_option("--noise", noise, "of each coordinate of the target [m]")->capture_default_str();
+  return support::run_program(app, argc, argv, [&] {
+    std::cout << "| dof | pairs | at the centroid | 50 m away |\n|---|---|---|---|\n" << std::setprecision(3);
+    for (const degrees_of_freedom dof : {degrees_of_freedom::four, degrees_of_freedom::six})
+      for (const std::size_t pairs : {5u, 10u, 30u, 100u}) {
+        random_source random(1);
+        int near = 0, far = 0;
+        for (int i = 0; i < trials; ++i) {
+          const noisy_match match(pairs, dof, noise, random);
+          const auto u = uncertainty_of(match.best, match.maps);
+          near += match.holds(*u, u->center);
+          far += match.holds(*u, u->center + Eigen::Vector3d(40, -30, 0));
+        }
+        std::cout << "| " << int(dof) << " | " << pairs << " | " << 100.0 * near / trials << " | "
+                  << 100.0 * far / trials << " |\n";
+      }
+    return support::done;
+  });
+}
