@@ -95,11 +95,11 @@ inline evidence evidence_of(std::span<const hypothesis> hypotheses) {
 
 /// Probability that the best of ranked hypotheses, weighed against chance at one tolerance, lays the stems
 /// where they belong: a logistic regression on their evidence, fitted to pairs of made-up maps of which two
-/// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit`; how well it holds
-/// for other stands is in docs/results.md). Maps that have nothing in common come with smaller odds. 0 for
-/// fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
+/// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
+/// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
+/// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
 inline double probability_of(std::span<const hypothesis> hypotheses, const verdict_options& options = {}) {
-  constexpr double constant = -3.12, by_alarms = -0.43, by_lead = 1.02, by_pairs = 0.33, not_ruled_out = 0.99;
+  constexpr double constant = -4.26, by_alarms = -0.21, by_lead = 0.98, by_pairs = 1.16, not_ruled_out = 0.99;
   const evidence e = evidence_of(hypotheses);
   if (e.pairs < options.least_correspondences) return 0;
   const double odds =
