@@ -4,56 +4,24 @@
 
 #include <Eigen/Cholesky>
 
-#include "stem_layouts.hpp"
+#include "noisy_match.hpp"
 #include "support/command_line.hpp"
 
 #include <iomanip>
 #include <iostream>
 
 using namespace globalmatch;
-using namespace globalmatch::benchmarks;
+using scenes::noisy_match;
 
 namespace {
 
-position_set in_order(const positions& stems) {
-  position_set set;
-  set.at = stems;
-  for (stem_index i = 0; i < stems.size(); ++i) set.original.push_back(i);
-  return set;
+/// Whether the ellipse in plan holds where a place of the target belongs.
+bool holds(const noisy_match& match, const motion_uncertainty& u, const Eigen::Vector3d& place) {
+  constexpr double quantile = 5.991;  // chi squared of two, 95 %
+  const Eigen::Vector2d off = (match.error() * place - place).head<2>();
+  const Eigen::Matrix2d covariance = u.at(place).topLeftCorner<2, 2>();
+  return off.dot(covariance.ldlt().solve(off)) < quantile;
 }
-
-/// Least squares over stems that meet but for noise.
-struct noisy_match {
-  position_set source, target;
-  Eigen::Isometry3d truth;
-  map_pair maps;
-  hypothesis best;
-
-  noisy_match(std::size_t stems, degrees_of_freedom dof, double noise, random_source& random)
-      : truth(any_yaw_elsewhere(random)), maps(source, target, false, dof, 100) {
-    positions here, there;
-    for (stem_index i = 0; i < stems; ++i) {
-      const double x = uniform(random, 0, 30), y = uniform(random, 0, 20);
-      here.push_back({x, y, relief(x, y)});
-      there.push_back(truth * here.back() + gaussian(random, noise));
-      best.correspondences.push_back({i, i});
-    }
-    source = in_order(here);
-    target = in_order(there);
-    best.target_from_source = *maps.fit(best.correspondences);
-    best.tolerance = 100 * noise;
-    fit_robustly(best, maps);
-  }
-
-  /// Whether the ellipse in plan holds where a place of the target belongs.
-  bool holds(const motion_uncertainty& u, const Eigen::Vector3d& place) const {
-    constexpr double quantile = 5.991;  // chi squared of two, 95 %
-    const Eigen::Isometry3d error = truth * best.target_from_source.inverse();
-    const Eigen::Vector2d off = (error * place - place).head<2>();
-    const Eigen::Matrix2d covariance = u.at(place).topLeftCorner<2, 2>();
-    return off.dot(covariance.ldlt().solve(off)) < quantile;
-  }
-};
 
 }  // namespace
 
@@ -71,10 +39,11 @@ int main(int argc, char** argv) {
         random_source random(1);
         int near = 0, far = 0;
         for (int i = 0; i < trials; ++i) {
-          const noisy_match match(pairs, dof, noise, random);
+          noisy_match match(pairs, dof, noise, random);
+          fit_robustly(match.best, match.maps);
           const auto u = uncertainty_of(match.best, match.maps);
-          near += match.holds(*u, u->center);
-          far += match.holds(*u, u->center + Eigen::Vector3d(40, -30, 0));
+          near += holds(match, *u, u->center);
+          far += holds(match, *u, u->center + Eigen::Vector3d(40, -30, 0));
         }
         std::cout << "| " << int(dof) << " | " << pairs << " | " << 100.0 * near / trials << " | "
                   << 100.0 * far / trials << " |\n";

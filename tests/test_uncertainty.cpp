@@ -8,38 +8,17 @@
 #include <limits>
 
 #include "catch.hpp"
-#include "stem_scenes.hpp"
+#include "noisy_match.hpp"
 
 namespace globalmatch {
 
-using scenes::positions;
+using scenes::noisy_match;
 
 namespace {
 
 constexpr auto four = degrees_of_freedom::four;
 constexpr auto six = degrees_of_freedom::six;
 constexpr double quantile_of_two = 5.991, quantile_of_four = 9.488;  // chi squared, 95 %
-
-/// Stems of two scans that meet but for noise, and their least squares motion.
-struct noisy_match {
-  position_set source, target;
-  Eigen::Isometry3d truth;
-  map_pair maps;
-  hypothesis best;
-
-  noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
-      : source(scenes::set_in_order(scenes::random_stems(random, stems, 30, 20))),
-        truth(scenes::random_levelled_motion(random)),
-        maps(source, target, false, dof, 100) {
-    target = scenes::set_in_order(scenes::noisy(scenes::moved(truth, source.at), sigma, random));
-    for (stem_index i = 0; i < stems; ++i) best.correspondences.push_back({i, i});
-    best.target_from_source = *maps.fit(best.correspondences);
-    best.tolerance = 100 * sigma;
-  }
-
-  /// What leads from the estimate to the truth.
-  Eigen::Isometry3d error() const { return truth * best.target_from_source.inverse(); }
-};
 
 /// As rows of the covariance: shift of the center, turns.
 Eigen::VectorXd as_vector(const Eigen::Isometry3d& error, const motion_uncertainty& u) {

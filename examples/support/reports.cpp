@@ -76,6 +76,12 @@ json row_by_row(const Eigen::Isometry3d& motion) {
   return row_by_row(Eigen::MatrixXd(motion.matrix()));
 }
 
+json describe(const ground_funnel& f) {
+  return {{"not_finite", f.not_finite},   {"cells", f.cells},
+          {"cells_apart", f.cells_apart}, {"low_outliers", f.low_outliers},
+          {"unreachable", f.unreachable}, {"ground_points", f.ground_points}};
+}
+
 json describe(const hypothesis& h) {
   return {{"matches", h.correspondences.size()},
           {"rms", h.rms},
@@ -103,9 +109,13 @@ json describe(const lattice& rows) {
 }  // namespace
 
 json describe(const stem_map& map) {
-  return {{"points", map.funnel.ground.points},     {"stems", map.funnel.stems},
-          {"funnel", as_json(explain(map.funnel))}, {"spacing_near", map.spacing_near},
-          {"spacing_far", map.spacing_far},         {"distance_tolerance", map.distance_tolerance}};
+  return {{"points", map.funnel.ground.points},
+          {"stems", map.funnel.stems},
+          {"funnel", as_json(explain(map.funnel))},
+          {"ground", describe(map.funnel.ground)},
+          {"spacing_near", map.spacing_near},
+          {"spacing_far", map.spacing_far},
+          {"distance_tolerance", map.distance_tolerance}};
 }
 
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {

@@ -43,9 +43,9 @@ struct hypothesis {
   /// before its last pairs, which may lie further from each other, were added.
   double log10_false_alarms = 0;
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
-  bool told_by_gaps =
-      false;       ///< chance explains its stems better than the gaps in the rows that it lays on gaps
-  double rms = 0;  ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
+  /// The false alarms are those of gaps: in rows it lays gaps on gaps, which tells more than its stems do.
+  bool told_by_gaps = false;
+  double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 

@@ -75,18 +75,20 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
                                                    const neighbor_tree<double, 3>& tree, int neighbors,
                                                    const execution& how) {
   std::vector<Eigen::Vector3d> normals(samples.size());
-  parallel_for(how, "icp", samples.size(), [&](std::size_t i) {
-    const Eigen::Vector3d& p = samples[i];
+  parallel_chunks(how, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> nearest;
-    tree.nearest({p.x(), p.y(), p.z()}, std::size_t(neighbors), nearest);
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const auto& n : nearest) mean += samples[n.index] / double(nearest.size());
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    for (const auto& n : nearest)
-      covariance += (samples[n.index] - mean) * (samples[n.index] - mean).transpose();
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-    solver.computeDirect(covariance);
-    normals[i] = solver.eigenvectors().col(0);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Eigen::Vector3d& p = samples[i];
+      tree.nearest({p.x(), p.y(), p.z()}, std::size_t(neighbors), nearest);
+      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+      for (const auto& n : nearest) mean += samples[n.index] / double(nearest.size());
+      Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+      for (const auto& n : nearest)
+        covariance += (samples[n.index] - mean) * (samples[n.index] - mean).transpose();
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+      solver.computeDirect(covariance);
+      normals[i] = solver.eigenvectors().col(0);
+    }
   });
   return normals;
 }

@@ -44,7 +44,7 @@ struct indexed_matching_options {
   int tried_neighbors = 40;   ///< stems around a triangle that a motion is tried on (ours)
   std::size_t most_tried =
       400;              ///< motions that are tried for each source stem, those of most triangles first (ours)
-  double enough = -10;  ///< log10 of false alarms at which no further tolerance is tried (ours)
+  double enough = -10;  ///< log10 of false alarms at which nothing further is tried or asked (ours)
   std::size_t most_queries = 20000;         ///< source triangles looked up (ours)
   std::size_t most_candidates = 5'000'000;  ///< target triangles found alike, in all (ours)
   std::size_t stems_for_rivals = 5;  ///< whose triangles are looked up at least, though one is found (ours)

@@ -22,9 +22,10 @@ namespace globalmatch {
 
 /// The two shortest shifts at which stems repeat.
 struct lattice {
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();  ///< [m] in plan, the shortest one, y not negative
-  Eigen::Vector2d second =
-      Eigen::Vector2d::Zero();  ///< [m] in plan, less than half a turn counter-clockwise of it
+  /// [m] in plan, the shortest one, y not negative
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  /// [m] in plan, less than half a turn counter-clockwise of the first
+  Eigen::Vector2d second = Eigen::Vector2d::Zero();
 
   /// [rad] of the rows, 0 to pi counter-clockwise from x
   double direction() const { return std::atan2(first.y(), first.x()); }

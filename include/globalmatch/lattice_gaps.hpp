@@ -8,9 +8,9 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <map>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -103,22 +103,26 @@ class lattice_gaps {
     const std::size_t source_step = (source_.size() + enough - 1) / enough;
     const std::size_t target_step = (target_.size() + enough - 1) / enough;
     const Eigen::Vector3d& pivot = target_.at.front();  // any place of the lattice
+    std::vector<std::array<double, 2>> votes;           // whole steps along both shifts
     for (const double turn : turns_) {
       const Eigen::Isometry3d turned = Eigen::Translation3d(pivot) *
                                        Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) *
                                        Eigen::Translation3d(-pivot) * start_;
-      std::map<std::pair<int, int>, std::size_t> votes;
+      votes.clear();
       for (std::size_t i = 0; i < source_.size(); i += source_step) {
         const Eigen::Vector2d laid = lay(turned, source_[i]);
         for (std::size_t j = 0; j < target_.size(); j += target_step) {
           const Eigen::Vector2d shift = target_.at[j].head<2>() - laid, steps = inverse * shift;
           const Eigen::Vector2d whole(std::round(steps.x()), std::round(steps.y()));
-          if ((basis * whole - shift).norm() < rows_.reach()) ++votes[{int(whole.x()), int(whole.y())}];
+          if ((basis * whole - shift).norm() < rows_.reach()) votes.push_back({whole.x(), whole.y()});
         }
       }
-      for (const auto& [steps, count] : votes) {
-        const Eigen::Vector2d shift = basis * Eigen::Vector2d(steps.first, steps.second);
-        ballots.push_back({Eigen::Translation3d(shift.x(), shift.y(), 0) * turned, count, ballots.size()});
+      std::sort(votes.begin(), votes.end());
+      for (std::size_t begin = 0, end = 0; begin < votes.size(); begin = end) {
+        while (end < votes.size() && votes[end] == votes[begin]) ++end;
+        const Eigen::Vector2d shift = basis * Eigen::Vector2d(votes[begin][0], votes[begin][1]);
+        ballots.push_back(
+            {Eigen::Translation3d(shift.x(), shift.y(), 0) * turned, end - begin, ballots.size()});
       }
     }
     return ballots;

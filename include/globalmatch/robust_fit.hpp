@@ -116,8 +116,10 @@ inline void complete_pairs(hypothesis& h, const map_pair& maps, std::span<const 
   hypothesis wider = h;
   for (const double tolerance : tolerances)
     if (tolerance > wider.tolerance && wider.tolerance < wanted) wider.tolerance = tolerance;
-  wider.correspondences = maps.pair_stems(h.target_from_source, wider.tolerance);
-  wider.rms = maps.rms(h.target_from_source, wider.correspondences);
+  if (wider.tolerance > h.tolerance) {
+    wider.correspondences = maps.pair_stems(h.target_from_source, wider.tolerance);
+    wider.rms = maps.rms(h.target_from_source, wider.correspondences);
+  }
   fit_robustly(wider, maps);
   h = std::move(wider);
 }

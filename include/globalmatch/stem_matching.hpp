@@ -85,9 +85,9 @@ struct matching {
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
   double probability = 0;                               ///< that the best hypothesis is right
-  /// Ranked; indices into the caller's positions. The best one, and its rivals: those that lay stems
-  /// elsewhere, and that chance alone does not explain, were stems to stand at random; at least two, where
-  /// two were found.
+  /// The best one and its rivals, ranked and distinct; indices into the caller's positions. Rivals lay the
+  /// stems elsewhere and pair more of them than stems that stood at random would by chance. The next best one
+  /// is always there, where one was found.
   std::vector<hypothesis> hypotheses;
   std::optional<motion_uncertainty> uncertainty;  ///< of `target_from_source`, in the target's frame
   std::optional<globalmatch::lattice> rows;       ///< of the target, levelled, where it stands in rows
@@ -224,8 +224,8 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
 /// at one tolerance.
 inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& maps, const chance& by_chance,
                           const lattice& rows) {
-  constexpr std::size_t most = 16;
-  constexpr double telling = -2;  // log10 of false alarms: the best of all motions of the lattice is near 0
+  constexpr std::size_t most = 16;  // motions of the lattice that are tried
+  constexpr double telling = -2;    // log10 of false alarms: the best of all motions of the lattice is near 0
   const double tolerance = hypotheses.front().tolerance;
   const lattice_gaps gaps(maps, rows, hypotheses.front());
   for (hypothesis& h : gaps.propose(tolerance, most)) {
@@ -246,8 +246,7 @@ inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& m
 /// target stands so.
 inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
                                       chance by_chance, std::span<const double> tolerances, bool in_rows,
-                                      std::size_t most) {
-  constexpr double told = -10;  // log10 of false alarms: stems alone tell enough, gaps are not asked
+                                      const indexed_matching_options& options) {
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
   fit_robustly(best, maps);
@@ -263,9 +262,10 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
     add_distinct(std::move(rival), settled, maps);
   }
   rank(settled);
-  if (in_rows && settled.front().log10_false_alarms > told)
+  // Gaps are not asked where stems alone tell enough.
+  if (in_rows && settled.front().log10_false_alarms > options.enough)
     if (const auto rows = find_lattice(*maps.target_plan)) weigh_by_gaps(settled, maps, by_chance, *rows);
-  keep_best(settled, most);
+  keep_best(settled, options.most_hypotheses);
   complete_pairs(settled.front(), maps, tolerances);
   return settled;
 }
@@ -292,7 +292,7 @@ inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map&
     }
   }
   return settle(std::move(hypotheses), maps, by_chance, pairing, target.background->is_in_rows(),
-                options.indexed.most_hypotheses);
+                options.indexed);
 }
 
 /// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next

@@ -25,16 +25,18 @@ namespace globalmatch {
 /// in 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in
 /// Student's t a few pairs, which hardly tell it, make the covariance larger.
 struct motion_uncertainty {
+  /// At most so many rows and columns, without memory of their own.
+  template <int Rows, int Columns>
+  using small_matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Rows, Columns>;
+
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< [m] centroid of the paired stems
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();     ///< unit
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 6, 6>
-      covariance;  ///< 4 x 4 or 6 x 6
+  small_matrix<6, 6> covariance;                     ///< 4 x 4 or 6 x 6
 
   /// How a shift and turn about the center move a place [m, target frame]: 3 x 4 or 3 x 6.
-  Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6> derivative(
-      const Eigen::Vector3d& place) const {
+  small_matrix<3, 6> derivative(const Eigen::Vector3d& place) const {
     const Eigen::Vector3d arm = place - center;
-    Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, 6> moved(3, covariance.rows());
+    small_matrix<3, 6> moved(3, covariance.rows());
     moved.leftCols<3>().setIdentity();
     if (covariance.rows() == 4)
       moved.col(3) = up.cross(arm);
@@ -63,8 +65,8 @@ inline double variance_of_t(double degrees) {
 /// Shift and turn from misfits: the inverse of the normal matrix, times the variance that these leave.
 class misfit_adjustment {
  public:
-  using normal_matrix = decltype(motion_uncertainty::covariance);
-  using derivative_matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 3, 6>;
+  using normal_matrix = motion_uncertainty::small_matrix<6, 6>;
+  using derivative_matrix = motion_uncertainty::small_matrix<3, 6>;
   using misfit_vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
 
   explicit misfit_adjustment(Eigen::Index unknowns) { normal_.setZero(unknowns, unknowns); }

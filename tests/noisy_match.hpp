@@ -1,0 +1,36 @@
+// Stems of two scans that meet but for noise, matched: what an uncertainty is measured by.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <cstddef>
+
+#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/position_set.hpp"
+#include "globalmatch/random.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch::scenes {
+
+/// So many stems on 30 m by 20 m, and their least squares motion.
+struct noisy_match {
+  position_set source, target;
+  Eigen::Isometry3d truth;
+  map_pair maps;
+  hypothesis best;
+
+  noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
+      : source(set_in_order(random_stems(random, stems, 30, 20))),
+        truth(random_levelled_motion(random)),
+        maps(source, target, false, dof, 100) {
+    target = set_in_order(noisy(moved(truth, source.at), sigma, random));
+    for (stem_index i = 0; i < stems; ++i) best.correspondences.push_back({i, i});
+    best.target_from_source = *maps.fit(best.correspondences);
+    best.tolerance = 100 * sigma;
+  }
+
+  /// What leads from the estimate to the truth.
+  Eigen::Isometry3d error() const { return truth * best.target_from_source.inverse(); }
+};
+
+}  // namespace globalmatch::scenes
