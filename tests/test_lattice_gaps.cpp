@@ -53,10 +53,10 @@ TEST_CASE("gaps tell the true motion from all others of the lattice, wherever th
     const positions stand = with_gaps(16, 14, 0.1, random);
     const two_scans scans(stand, stand, random);
     for (const hypothesis& start : {shifted(0, 0), shifted(3, -2)}) {
-      const lattice_gaps gaps(scans.maps, rows_3m, start);
+      const lattice_gaps gaps(scans.maps, rows_3m, start.target_from_source);
       CHECK(gaps.log10_false_alarms(shifted(0, 0).target_from_source) < -5);
       CHECK(gaps.log10_false_alarms(shifted(1, 0).target_from_source) > -2);
-      const auto proposed = gaps.propose(0.1, 4);
+      const auto proposed = gaps.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
       CHECK(proposed.front().correspondences.size() > 150);
@@ -70,9 +70,8 @@ TEST_CASE("gaps of different stands are no evidence") {
     CAPTURE(seed);
     random_source random(seed);
     const two_scans scans(with_gaps(16, 14, 0.1, random), with_gaps(14, 16, 0.15, random), random);
-    const lattice_gaps gaps(scans.maps, rows_3m, shifted(1, 1));
-    for (const hypothesis& h : gaps.propose(0.1, 8))
-      CHECK(gaps.log10_false_alarms(h.target_from_source) > -3);
+    const lattice_gaps gaps(scans.maps, rows_3m, shifted(1, 1).target_from_source);
+    for (const hypothesis& h : gaps.propose(8)) CHECK(gaps.log10_false_alarms(h.target_from_source) > -3);
   }
 }
 
@@ -80,8 +79,8 @@ TEST_CASE("a lattice without gaps tells nothing") {
   random_source random(1);
   const position_set stand = scenes::set_in_order(scenes::lattice(10, 10, 3));
   const map_pair maps(stand, stand, true, degrees_of_freedom::four);
-  const lattice_gaps gaps(maps, rows_3m, shifted(0, 0));
-  CHECK(gaps.propose(0.1, 8).empty());
+  const lattice_gaps gaps(maps, rows_3m, shifted(0, 0).target_from_source);
+  CHECK(gaps.propose(8).empty());
   CHECK(gaps.log10_false_alarms(Eigen::Isometry3d::Identity()) > 0);
 }
 

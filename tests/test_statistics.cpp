@@ -50,4 +50,19 @@ TEST_CASE("the tail of no tries is certain, of certain misses impossible") {
   CHECK(log_binomial_tail(3, 10, 0) == -std::numeric_limits<double>::infinity());
 }
 
+TEST_CASE("the tail of a gamma distribution is that of a Poisson one where its mean is whole") {
+  for (const int mean : {1, 2, 5, 20, 100, 400})
+    for (const double share : {0.01, 0.1, 0.5, 0.9, 0.99}) {
+      CAPTURE(mean, share);
+      const double value = share * mean;
+      double few = 0;  // probability of fewer than `mean` events where `value` are expected
+      for (int k = 0; k < mean; ++k) few += std::exp(k * std::log(value) - value - std::lgamma(k + 1));
+      if (1 - few > 1e-6) CHECK(log_gamma_tail(value, mean) == Approx(std::log(1 - few)).epsilon(1e-6));
+      CHECK(log_gamma_tail(value, mean) < log_gamma_tail(1.001 * value, mean));
+    }
+  CHECK(log_gamma_tail(3, 2) == 0);
+  CHECK(log_gamma_tail(0, 0) == 0);
+  CHECK(log_gamma_tail(0, 2) == -std::numeric_limits<double>::infinity());
+}
+
 }  // namespace globalmatch

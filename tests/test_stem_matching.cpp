@@ -278,10 +278,27 @@ TEST_CASE("gaps in perfect rows break the tie, whichever map is the larger one, 
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
-    CHECK(result.hypotheses.front().told_by_gaps);
+    CHECK(result.hypotheses.front().told_by == witness::gaps);
     REQUIRE(result.rows);
     const double yaw = std::atan2(truth.linear()(1, 0), truth.linear()(0, 0));
     CHECK(std::abs(std::remainder(result.rows->direction() - yaw, std::numbers::pi / 2)) < 0.02);
+  }
+}
+
+TEST_CASE("in rows as noisy as they are crooked the misfits break the tie, whichever map is the larger one") {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stems = scenes::noisy(scenes::lattice(13, 11, 3), 0.12, random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    positions source = scenes::noisy(stems, 0.1, random);
+    positions target = scenes::moved(truth, scenes::noisy(stems, 0.1, random));
+    (seed % 2 == 0 ? source : target).resize(120);
+    const matching result = match_stems(source, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.2);
+    CHECK(result.hypotheses.front().told_by == witness::misfits);
+    CHECK(result.hypotheses.front().correspondences.size() > 100);
   }
 }
 
@@ -291,7 +308,7 @@ TEST_CASE("stems that stand anywhere have no lattice") {
   const matching result = match_stems(views.source, views.target);
   CHECK(result.outcome == outcome::registered);
   CHECK(!result.rows);
-  CHECK(!result.hypotheses.front().told_by_gaps);
+  CHECK(result.hypotheses.front().told_by == witness::stems);
 }
 
 TEST_CASE("what is registered tells how far off it may be, in the target's frame, for any up") {

@@ -88,7 +88,7 @@ json describe(const hypothesis& h) {
           {"tolerance", h.tolerance},
           {"log10_false_alarms", h.log10_false_alarms},
           {"log10_false_alarms_at_random", h.log10_false_alarms_at_random},
-          {"told_by_gaps", h.told_by_gaps},
+          {"told_by", to_string(h.told_by)},
           {"consensus", h.consensus},
           {"target_from_source", row_by_row(h.target_from_source)}};
 }
@@ -192,8 +192,9 @@ std::string summary(const matching& result) {
   if (result.uncertainty)
     line << std::setprecision(2) << ", by the stems alone good to "
          << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
-  if (result.outcome == outcome::registered && result.hypotheses.front().told_by_gaps)
-    line << "; gaps in the rows told it from their other places";
+  if (result.outcome == outcome::registered && result.hypotheses.front().told_by != witness::stems)
+    line << "; " << to_string(result.hypotheses.front().told_by)
+         << " in the rows told it from their other places";
   return line.str();
 }
 

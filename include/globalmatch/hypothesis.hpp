@@ -15,6 +15,7 @@
 #include <numeric>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -34,6 +35,26 @@ struct correspondence {
   auto operator<=>(const correspondence&) const = default;
 };
 
+/// What the false alarms of a hypothesis were judged by.
+enum class witness {
+  stems,   ///< how many of them meet
+  gaps,    ///< of a stand in rows: how many of its gaps meet, which tells more
+  misfits  ///< of a stand in rows: how well its stems meet, which tells more
+};
+
+/// The witness's name, as in the JSON output.
+inline std::string_view to_string(witness w) {
+  switch (w) {
+    case witness::stems:
+      return "stems";
+    case witness::gaps:
+      return "gaps";
+    case witness::misfits:
+      return "misfits";
+  }
+  return "unknown";
+}
+
 /// A motion that may be the right one, and what speaks for it.
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
@@ -43,8 +64,7 @@ struct hypothesis {
   /// before its last pairs, which may lie further from each other, were added.
   double log10_false_alarms = 0;
   double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
-  /// The false alarms are those of gaps: in rows it lays gaps on gaps, which tells more than its stems do.
-  bool told_by_gaps = false;
+  witness told_by = witness::stems;         ///< what the false alarms are those of
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };

@@ -1,5 +1,5 @@
 // Lattice gaps: a stand in rows looks alike wherever it is laid on itself, but for the gaps in it. In: a
-// hypothesis that lays rows on rows. Out: the motions of the lattice onto itself that lay gaps on gaps, and
+// motion that lays rows on rows. Out: the motions of the lattice onto itself that lay gaps on gaps, and
 // how many would by chance.
 #pragma once
 
@@ -27,8 +27,8 @@ namespace globalmatch {
 class lattice_gaps {
  public:
   /// `rows` is the lattice of the target; the source is taken to have the same one.
-  lattice_gaps(const map_pair& maps, const lattice& rows, const hypothesis& on_it)
-      : maps_(maps), rows_(rows), start_(on_it.target_from_source) {
+  lattice_gaps(const map_pair& maps, const lattice& rows, const Eigen::Isometry3d& on_it)
+      : maps_(maps), rows_(rows), start_(on_it) {
     target_ = set_of(find_gaps(*maps.target_plan, rows));
     target_plan_ = plan_index(target_);
     // The source's lattice is that of the target, turned back.
@@ -53,9 +53,10 @@ class lattice_gaps {
     return (std::log(motions) + log_binomial_tail(met, tries, gaps / (gaps + stems))) / std::numbers::ln10;
   }
 
-  /// Hypotheses of the motions that lay most gaps on gaps, at most `most`, verified over all stems at
-  /// `tolerance` [m], not weighed. Cost: quadratic in the gaps, of which some hundreds are looked at.
-  std::vector<hypothesis> propose(double tolerance, std::size_t most) const {
+  /// Hypotheses of the motions that lay most gaps on gaps, at most `most`, verified over all stems as far as
+  /// these stand on the lattice, not weighed. Cost: quadratic in the gaps, of which some hundreds are looked
+  /// at.
+  std::vector<hypothesis> propose(std::size_t most) const {
     std::vector<ballot> ballots = count_votes();
     const auto last = ballots.begin() + std::ptrdiff_t(std::min(most, ballots.size()));
     std::partial_sort(ballots.begin(), last, ballots.end(), [](const ballot& a, const ballot& b) {
@@ -63,9 +64,7 @@ class lattice_gaps {
     });
     std::vector<hypothesis> proposed;
     for (auto b = ballots.begin(); b != last; ++b) {
-      const auto near = maps_.fit(maps_.pair_stems(b->motion, rows_.reach()));
-      if (!near) continue;
-      if (auto h = verify(maps_, maps_.pair_stems(*near, tolerance), tolerance))
+      if (auto h = verify(maps_, maps_.pair_stems(b->motion, rows_.reach()), rows_.reach()))
         proposed.push_back(std::move(*h));
     }
     return proposed;

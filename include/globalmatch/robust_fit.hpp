@@ -39,6 +39,18 @@ inline double observed_variance(const map_pair& maps, const hypothesis& h) {
   return fitted * median(squares) / median_of_chi_squared;
 }
 
+/// The first of `tolerances` [m], increasing, that three standard deviations of the misfits do not exceed, or
+/// the last one; that of `h` where there are none.
+inline double tolerance_of_scatter(const map_pair& maps, const hypothesis& h,
+                                   std::span<const double> tolerances) {
+  constexpr double deviations = 3;
+  const double wanted = deviations * std::sqrt(observed_variance(maps, h));
+  const auto wide_enough = std::find_if(tolerances.begin(), tolerances.end(),
+                                        [&](double tolerance) { return tolerance >= wanted; });
+  if (tolerances.empty()) return h.tolerance;
+  return wide_enough == tolerances.end() ? tolerances.back() : *wide_enough;
+}
+
 /// What the known variances leave of it unexplained, as in a model of random effects.
 inline double unknown_variance(const map_pair& maps, const hypothesis& h) {
   std::vector<double> known;
@@ -110,12 +122,9 @@ inline void fit_robustly(hypothesis& h, const map_pair& maps) {
 /// misfits do not exceed; then fits robustly. What chance makes of the hypothesis is left as it was judged.
 inline void complete_pairs(hypothesis& h, const map_pair& maps, std::span<const double> tolerances) {
   constexpr std::size_t least = 6;
-  constexpr double deviations = 3;
   if (h.correspondences.size() < least) return;
-  const double wanted = deviations * std::sqrt(detail::observed_variance(maps, h));
   hypothesis wider = h;
-  for (const double tolerance : tolerances)
-    if (tolerance > wider.tolerance && wider.tolerance < wanted) wider.tolerance = tolerance;
+  wider.tolerance = std::max(h.tolerance, detail::tolerance_of_scatter(maps, h, tolerances));
   if (wider.tolerance > h.tolerance) {
     wider.correspondences = maps.pair_stems(h.target_from_source, wider.tolerance);
     wider.rms = maps.rms(h.target_from_source, wider.correspondences);

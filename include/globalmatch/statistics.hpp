@@ -32,4 +32,16 @@ inline double log_binomial_tail(double successes, double tries, double p) {
   return std::min(0.0, first - std::log1p(-ratio));
 }
 
+/// Natural logarithm of the probability that a gamma distributed number of the given mean, and of scale 1, is
+/// at most `value`; 0 where so much is expected.
+inline double log_gamma_tail(double value, double mean) {
+  if (value >= mean || mean <= 0) return 0;
+  if (value <= 0) return -std::numeric_limits<double>::infinity();
+  constexpr int most_terms = 10000;
+  constexpr double enough = 1e-12;
+  double term = 1, sum = 1;
+  for (int i = 1; i < most_terms && term > enough * sum; ++i) sum += term *= value / (mean + i);
+  return std::min(0.0, mean * std::log(value) - value - std::lgamma(mean + 1) + std::log(sum));
+}
+
 }  // namespace globalmatch

@@ -24,12 +24,14 @@
 #include "globalmatch/indexed_matching.hpp"
 #include "globalmatch/lattice.hpp"
 #include "globalmatch/lattice_gaps.hpp"
+#include "globalmatch/lattice_misfits.hpp"
 #include "globalmatch/lattice_rivals.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/robust_fit.hpp"
+#include "globalmatch/rows_on_rows.hpp"
 #include "globalmatch/significance.hpp"
 #include "globalmatch/stand.hpp"
 #include "globalmatch/transform.hpp"
@@ -220,26 +222,30 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
   return stand(paired, std::make_shared<plan_index>(paired));
 }
 
-/// Of a stand in rows: adds what its gaps tell, to the evidence and to the hypotheses, ranked and all weighed
-/// at one tolerance.
-inline void weigh_by_gaps(std::vector<hypothesis>& hypotheses, const map_pair& maps, const chance& by_chance,
-                          const lattice& rows) {
+/// Of a stand in rows: adds what its gaps or misfits tell, to the evidence and to the hypotheses, and ranks
+/// them.
+template <class Rows>
+void weigh_by(witness told_by, const Rows& rows, std::vector<hypothesis>& hypotheses, const map_pair& maps,
+              const chance& by_chance, std::span<const double> tolerances) {
   constexpr std::size_t most = 16;  // motions of the lattice that are tried
   constexpr double telling = -2;    // log10 of false alarms: the best of all motions of the lattice is near 0
-  const double tolerance = hypotheses.front().tolerance;
-  const lattice_gaps gaps(maps, rows, hypotheses.front());
-  for (hypothesis& h : gaps.propose(tolerance, most)) {
+  for (hypothesis& h : rows.propose(most)) {
+    // In rows chance explains as much at any tolerance; that of what was found so far may not fit the stems.
+    const double tolerance = tolerance_of_scatter(maps, h, tolerances);
     weigh(h, maps, by_chance, std::span(&tolerance, 1));
     hypotheses.push_back(std::move(h));
   }
   std::vector<hypothesis> distinct;
   for (hypothesis& h : hypotheses) {
-    const double by_gaps = gaps.log10_false_alarms(h.target_from_source);
-    h.told_by_gaps = by_gaps < std::min(h.log10_false_alarms, telling);
-    if (h.told_by_gaps) h.log10_false_alarms = by_gaps;
+    const double alarms = rows.log10_false_alarms(h.target_from_source);
+    if (alarms < std::min(h.log10_false_alarms, telling)) {
+      h.told_by = told_by;
+      h.log10_false_alarms = alarms;
+    }
     add_distinct(std::move(h), distinct, maps);
   }
   hypotheses = std::move(distinct);
+  rank(hypotheses);
 }
 
 /// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `in_rows`: the
@@ -262,9 +268,16 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
     add_distinct(std::move(rival), settled, maps);
   }
   rank(settled);
-  // Gaps are not asked where stems alone tell enough.
-  if (in_rows && settled.front().log10_false_alarms > options.enough)
-    if (const auto rows = find_lattice(*maps.target_plan)) weigh_by_gaps(settled, maps, by_chance, *rows);
+  const auto ask = [&] { return in_rows && settled.front().log10_false_alarms > options.enough; };
+  const auto rows = ask() ? find_lattice(*maps.target_plan) : std::nullopt;
+  if (rows) {
+    const lattice_gaps gaps(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
+    weigh_by(witness::gaps, gaps, settled, maps, by_chance, tolerances);
+  }
+  if (rows && ask()) {
+    const lattice_misfits misfits(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
+    weigh_by(witness::misfits, misfits, settled, maps, by_chance, tolerances);
+  }
   keep_best(settled, options.most_hypotheses);
   complete_pairs(settled.front(), maps, tolerances);
   return settled;
