@@ -3,6 +3,7 @@
 #include <globalmatch/statistics.hpp>
 #include <globalmatch/stem_matching.hpp>
 
+#include "growth.hpp"
 #include "matchers.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
@@ -55,17 +56,6 @@ struct summary {
     ++(is_right(run, maps, noise) ? right : wrong);
   }
 };
-
-/// Slope of log(y) over log(x).
-double growth_exponent(const std::vector<std::pair<double, double>>& points) {
-  double x = 0, y = 0, xx = 0, xy = 0;
-  for (const auto& [of, value] : points) {
-    const double u = std::log(of), v = std::log(value);
-    x += u, y += v, xx += u * u, xy += u * v;
-  }
-  const double n = double(points.size());
-  return (n * xy - x * y) / (n * xx - x * x);
-}
 
 void write_run(std::ostream& csv, std::string_view matcher, const setting& s, std::size_t repetition,
                const match_run& run, const two_maps& maps) {

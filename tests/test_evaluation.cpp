@@ -170,4 +170,14 @@ TEST_CASE("score_map refuses a distance that is not positive") {
     CHECK_THROWS_WITH(score_map(none, none, bad), Catch::Contains("distance"));
 }
 
+TEST_CASE("finds are paired with true stems one to one, the nearest first") {
+  const positions truth = {{0, 0, 0}, {1, 0, 0}, {5, 5, 0}}, found = {{0.9, 0, 2}, {0.7, 0, 0}, {8, 8, 0}};
+  const auto pairs = pair_finds(found, truth, 0.75);
+  REQUIRE(pairs.size() == 2);
+  CHECK((pairs[0].find == 0 && pairs[0].stem == 1));
+  CHECK((pairs[1].find == 1 && pairs[1].stem == 0));
+  CHECK(pair_finds(found, positions{}).empty());
+  CHECK_THROWS_AS(pair_finds(found, truth, 0), std::invalid_argument);
+}
+
 }  // namespace globalmatch

@@ -76,43 +76,63 @@ struct map_score {
   }
 };
 
+/// A find, and the true stem that stands there.
+struct true_find {
+  std::size_t find, stem;
+};
+
 /// Pairs found and true stems one to one, nearest in plan first, within `distance` [m] in plan; both in one
-/// frame whose z is up. `is_required(i)` says whether true stem i should have been found: recall counts only
-/// those.
-template <position_range Found, position_range Truth, class Required>
-map_score score_map(const Found& found, const Truth& truth, double distance, const Required& is_required) {
-  if (!(distance > 0)) throw std::invalid_argument("score_map: distance must be positive");
+/// frame whose z is up. Throws `std::invalid_argument` when `distance` is not positive.
+template <position_range Found, position_range Truth>
+std::vector<true_find> pair_finds(const Found& found, const Truth& truth, double distance = 0.25) {
+  if (!(distance > 0)) throw std::invalid_argument("pair_finds: distance must be positive");
   std::vector<Eigen::Vector3d> finds, stems;
   for (const auto& p : found) finds.push_back(xyz(p));
   for (const auto& p : truth) stems.push_back(xyz(p));
   struct candidate {
     double distance;
-    std::size_t find, stem;
+    true_find pair;
   };
   std::vector<candidate> candidates;
   for (std::size_t i = 0; i < finds.size(); ++i)
     for (std::size_t j = 0; j < stems.size(); ++j) {
       const double d = (finds[i] - stems[j]).template head<2>().norm();
-      if (d < distance) candidates.push_back({d, i, j});
+      if (d < distance) candidates.push_back({d, {i, j}});
     }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const candidate& a, const candidate& b) { return a.distance < b.distance; });
-
-  map_score score{.found = finds.size()};
   std::vector<bool> find_taken(finds.size()), stem_taken(stems.size());
-  for (const candidate& c : candidates) {
-    if (find_taken[c.find] || stem_taken[c.stem]) continue;
-    find_taken[c.find] = stem_taken[c.stem] = true;
+  std::vector<true_find> pairs;
+  for (const auto& [apart, pair] : candidates) {
+    if (find_taken[pair.find] || stem_taken[pair.stem]) continue;
+    find_taken[pair.find] = stem_taken[pair.stem] = true;
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+/// Scores finds, paired as `pair_finds` does. `is_required(i)` says whether true stem i should have been
+/// found: recall counts only those.
+template <position_range Found, position_range Truth, class Required>
+map_score score_map(const Found& found, const Truth& truth, double distance, const Required& is_required) {
+  std::vector<Eigen::Vector3d> finds, stems;
+  for (const auto& p : found) finds.push_back(xyz(p));
+  for (const auto& p : truth) stems.push_back(xyz(p));
+  map_score score{.found = finds.size()};
+  std::vector<bool> stem_found(stems.size());
+  for (const auto& [find, stem] : pair_finds(finds, stems, distance)) {
+    const Eigen::Vector3d error = finds[find] - stems[stem];
     ++score.true_finds;
-    score.plan_error += c.distance;
-    score.height_error += std::abs(finds[c.find].z() - stems[c.stem].z());
+    score.plan_error += error.head<2>().norm();
+    score.height_error += std::abs(error.z());
+    stem_found[stem] = true;
   }
   if (score.true_finds > 0)
     for (double* mean : {&score.plan_error, &score.height_error}) *mean /= double(score.true_finds);
   for (std::size_t j = 0; j < stems.size(); ++j) {
     if (!is_required(j)) continue;
     ++score.required;
-    score.required_found += stem_taken[j] ? 1 : 0;
+    score.required_found += stem_found[j] ? 1 : 0;
   }
   return score;
 }

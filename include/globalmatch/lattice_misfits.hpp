@@ -167,7 +167,10 @@ class lattice_misfits {
   }
 
   double log_chance(const agreement& a) const {
-    return a.stems < least_pairs ? 0 : log_gamma_tail(a.surprise / scatter_, a.stems / scatter_);
+    // The motion was fitted to its pairs, which takes some of their scatter away.
+    const double fitted = maps_.in_plan() ? 3.0 / 2 : 6.0 / 3;
+    if (a.stems < least_pairs) return 0;
+    return log_gamma_tail(a.surprise / scatter_, (a.stems - fitted) / scatter_);
   }
 
   const map_pair& maps_;
