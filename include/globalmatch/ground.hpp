@@ -23,12 +23,18 @@
 
 namespace globalmatch {
 
+/// How the lowest points are told apart from what grows above the ground.
+enum class ground_filter {
+  planes,  ///< local planes under them, from the lowest points of blocks upwards (ours)
+  cloth,   ///< a cloth that falls on them from below ([GM] 3.1)
+};
+
 struct ground_options {
-  cloth_options cloth = {};
+  ground_filter filter = ground_filter::planes;
+  cloth_options cloth = {};  ///< its resolution is that of the terrain, whatever the filter
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
   double steepest_slope = 1.0;   ///< [m/m] what stands out more steeply is no ground (ours)
-  double ground_band = 0.5;      ///< [m] lowest points within this of the cloth are ground ([CSF] h_cp)
-  double plane_radius = 1.0;     ///< [m] ground points this near in plan make a node's plane (ours)
+  double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
   double hole_radius = 1.5;      ///< [m] further than this from all ground points there is no data (ours)
 };
 
@@ -55,7 +61,6 @@ inline void require_valid(const ground_options& options) {
   require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
   require(options.steepest_slope > 0, "ground.steepest_slope must be positive");
   require(options.ground_band > 0, "ground.ground_band must be positive");
-  require(options.plane_radius > 0, "ground.plane_radius must be positive");
   require(options.hole_radius > 0, "ground.hole_radius must be positive");
 }
 
@@ -78,105 +83,231 @@ inline std::vector<float> cloth_cell_minima(const lowest_raster& lowest, int col
   return minima;
 }
 
-/// Height at (x, y) of a plane through points that vegetation may lie above: least squares, repeated without
-/// what stands out upwards. Nothing from fewer than three points.
-inline std::optional<float> height_of_local_plane(std::vector<Eigen::Vector3f>& points, float x, float y) {
-  constexpr int rounds = 4;
-  constexpr float least_step = 0.03f;  // [m] roughness that every forest floor has
-  constexpr float ridge = 3e-4f;       // [m^2] holds the slope down where points do not spread
-  std::optional<float> height;
-  for (int round = 0; round < rounds && points.size() >= 3; ++round) {
-    Eigen::Matrix3f normal = Eigen::Matrix3f::Zero();
-    Eigen::Vector3f right = Eigen::Vector3f::Zero();
-    const float reference = points.front().z();  // small numbers for float
-    for (const Eigen::Vector3f& p : points) {
-      const Eigen::Vector3f row(1, p.x() - x, p.y() - y);
-      normal += row * row.transpose();
-      right += row * (p.z() - reference);
-    }
-    normal(1, 1) += ridge * float(points.size());
-    normal(2, 2) += ridge * float(points.size());
-    const Eigen::Vector3f plane = normal.inverse() * right;
-    height = reference + plane.x();
-    const auto residual = [&](const Eigen::Vector3f& p) {
-      return p.z() - reference - plane.dot(Eigen::Vector3f(1, p.x() - x, p.y() - y));
-    };
-    float squares = 0;
-    for (const Eigen::Vector3f& p : points) squares += residual(p) * residual(p);
-    const float limit = std::max(least_step, std::sqrt(squares / float(points.size())));
-    if (std::erase_if(points, [&](const Eigen::Vector3f& p) { return residual(p) > limit; }) == 0) break;
+/// A plane z = height + slope . ((x, y) - (x0, y0)) about some place (x0, y0).
+struct local_plane {
+  float height = std::numeric_limits<float>::quiet_NaN();
+  float slope_x = 0, slope_y = 0;
+  bool known() const { return !std::isnan(height); }
+  float at(float dx, float dy) const { return height + slope_x * dx + slope_y * dy; }
+};
+
+/// Sums over points that fix a plane through them. Doubles of local coordinates: no digits are lost.
+struct plane_moments {
+  double n = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+
+  void add(const Eigen::Vector3f& p) {
+    const double px = p.x(), py = p.y(), pz = p.z();
+    n += 1, x += px, y += py, z += pz;
+    xx += px * px, xy += px * py, yy += py * py, xz += px * pz, yz += py * pz;
   }
-  return height;
+  plane_moments& operator+=(const plane_moments& o) {
+    n += o.n, x += o.x, y += o.y, z += o.z;
+    xx += o.xx, xy += o.xy, yy += o.yy, xz += o.xz, yz += o.yz;
+    return *this;
+  }
+
+  /// The least squares plane about (x0, y0); not known from fewer than `least` points.
+  local_plane fit(double x0, double y0, double least) const {
+    constexpr double ridge = 3e-4;  // [m^2] holds the slope down where points do not spread
+    if (n < least) return {};
+    const double mx = x / n, my = y / n, mz = z / n;
+    const double cxx = xx / n - mx * mx + ridge, cyy = yy / n - my * my + ridge, cxy = xy / n - mx * my;
+    const double cxz = xz / n - mx * mz, cyz = yz / n - my * mz, determinant = cxx * cyy - cxy * cxy;
+    const double sx = (cxz * cyy - cyz * cxy) / determinant, sy = (cyz * cxx - cxz * cxy) / determinant;
+    return {float(mz + sx * (x0 - mx) + sy * (y0 - my)), float(sx), float(sy)};
+  }
+};
+
+/// Raster of moments, of square blocks.
+struct moment_raster {
+  double width = 0;  ///< [m] of a block
+  int columns = 0, rows = 0;
+  std::vector<plane_moments> blocks;  ///< row by row
+
+  const plane_moments& block(int c, int r) const {
+    return blocks[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
+  }
+  /// Of the blocks within `reach` blocks of one.
+  plane_moments around(int column, int row, int reach) const {
+    plane_moments sum;
+    for (int r = std::max(row - reach, 0); r <= std::min(row + reach, rows - 1); ++r)
+      for (int c = std::max(column - reach, 0); c <= std::min(column + reach, columns - 1); ++c)
+        sum += block(c, r);
+    return sum;
+  }
+  /// Blocks of twice the width.
+  moment_raster halved() const {
+    moment_raster half{2 * width, (columns + 1) / 2, (rows + 1) / 2, {}};
+    half.blocks.resize(std::size_t(half.columns) * std::size_t(half.rows));
+    for (int r = 0; r < rows; ++r)
+      for (int c = 0; c < columns; ++c)
+        half.blocks[std::size_t(r / 2) * std::size_t(half.columns) + std::size_t(c / 2)] += block(c, r);
+    return half;
+  }
+};
+
+/// Planes of all blocks, each through the points of the blocks around it; where these are too few, of ever
+/// larger ones. Empty when there are too few points altogether.
+inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int reach, double least,
+                                                     const execution& how) {
+  struct scale {
+    moment_raster raster;
+    std::vector<local_plane> planes;
+  };
+  std::vector<scale> scales;
+  for (;;) {
+    const bool last = raster.columns <= 1 && raster.rows <= 1;
+    scales.push_back({std::move(raster), {}});
+    if (last) break;
+    raster = scales.back().raster.halved();
+  }
+  for (std::size_t s = scales.size(); s-- > 0;) {
+    const moment_raster& here = scales[s].raster;
+    std::vector<local_plane>& planes = scales[s].planes;
+    planes.resize(here.blocks.size());
+    const scale* coarser = s + 1 < scales.size() ? &scales[s + 1] : nullptr;
+    parallel_for(how, "ground", std::size_t(here.rows), [&](std::size_t row) {
+      const int r = int(row);
+      for (int c = 0; c < here.columns; ++c) {
+        const double x = (c + 0.5) * here.width, y = (r + 0.5) * here.width;
+        local_plane& plane = planes[std::size_t(r) * std::size_t(here.columns) + std::size_t(c)];
+        plane = here.around(c, r, coarser ? reach : 0).fit(x, y, coarser ? least : 1);
+        if (plane.known() || !coarser) continue;
+        const moment_raster& wide = coarser->raster;
+        plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
+        plane.height = plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
+      }
+    }, 16);
+  }
+  return std::move(scales.front().planes);
 }
 
-/// Heights of nodes without ground: as if a membrane hung between the others.
-inline void fill_holes(std::vector<float>& heights, int columns, int rows) {
-  std::vector<std::size_t> unknown;
-  for (std::size_t i = 0; i < heights.size(); ++i)
-    if (std::isnan(heights[i])) unknown.push_back(i);
-  fill_from_nearest(heights, columns, rows);
-  constexpr int sweeps = 50;
-  for (int sweep = 0; sweep < sweeps; ++sweep)
-    for (const std::size_t i : unknown) {
-      float sum = 0, count = 0;
-      for_each_edge_neighbor(i, columns, rows, [&](std::size_t j) {
-        sum += heights[j];
-        ++count;
-      });
-      heights[i] = sum / count;
-    }
+/// Height at (x, y) of a plane through points that vegetation may lie above: least squares, repeated without
+/// what stands out upwards. Not known from fewer than three points.
+inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, float y) {
+  constexpr int rounds = 4;
+  constexpr double least_step = 0.03;  // [m] roughness that every forest floor has
+  local_plane plane;
+  for (int round = 0; round < rounds && points.size() >= 3; ++round) {
+    plane_moments moments;
+    for (const Eigen::Vector3f& p : points) moments.add(p);
+    plane = moments.fit(x, y, 3);
+    const auto residual = [&](const Eigen::Vector3f& p) { return p.z() - plane.at(p.x() - x, p.y() - y); };
+    double squares = 0;
+    for (const Eigen::Vector3f& p : points) squares += double(residual(p)) * residual(p);
+    const double limit = std::max(least_step, std::sqrt(squares / double(points.size())));
+    if (std::erase_if(points, [&](const Eigen::Vector3f& p) { return residual(p) > limit; }) == 0) break;
+  }
+  return plane;
 }
 
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Fits the terrain to the lowest points near the cloth, so that a slope does not sink it below them.
-inline terrain fit_terrain(const lowest_raster& lowest, const cloth& surface, const ground_options& options,
-                           const execution& how = {}) {
+/// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points, under
+/// what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5 blocks
+/// without what stands out upwards.
+inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, int columns, int rows,
+                                                  const execution& how = {}) {
+  constexpr int cells_a_block = 4, reach = 2;  // blocks of 1 m
+  const double width = cells_a_block * lowest.resolution;
+  const int across = (lowest.columns + cells_a_block - 1) / cells_a_block;
+  const int along = (lowest.rows + cells_a_block - 1) / cells_a_block;
+  const auto block = [&](int c, int r) { return std::size_t(r) * std::size_t(across) + std::size_t(c); };
+  std::vector<Eigen::Vector3f> lowest_of(
+      std::size_t(across) * std::size_t(along),
+      Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  for (int r = 0; r < lowest.rows; ++r)
+    for (int c = 0; c < lowest.columns; ++c) {
+      const Eigen::Vector3f& p = lowest.points[lowest.cell(c, r)];
+      Eigen::Vector3f& kept = lowest_of[block(c / cells_a_block, r / cells_a_block)];
+      if (!std::isnan(p.z()) && !(kept.z() <= p.z())) kept = p;
+    }
+
+  // A block without a plane of its own takes that of larger blocks.
+  std::vector<detail::local_plane> planes(lowest_of.size());
+  parallel_for(how, "ground", std::size_t(along), [&](std::size_t row) {
+    std::vector<Eigen::Vector3f> nearby;
+    const int r = int(row);
+    for (int c = 0; c < across; ++c) {
+      nearby.clear();
+      for (int br = std::max(r - reach, 0); br <= std::min(r + reach, along - 1); ++br)
+        for (int bc = std::max(c - reach, 0); bc <= std::min(c + reach, across - 1); ++bc)
+          if (const Eigen::Vector3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z())) nearby.push_back(p);
+      if (nearby.size() >= 6)
+        planes[block(c, r)] = detail::plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
+    }
+  }, 8);
+  detail::moment_raster sparse{width, across, along, {}};
+  sparse.blocks.resize(lowest_of.size());
+  for (std::size_t i = 0; i < lowest_of.size(); ++i)
+    if (!std::isnan(lowest_of[i].z())) sparse.blocks[i].add(lowest_of[i]);
+  const auto wider = detail::planes_at_all_scales(std::move(sparse), reach, 6, how);
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    if (!planes[i].known()) planes[i] = wider[i];
+
+  std::vector<float> heights(std::size_t(columns) * std::size_t(rows));
+  constexpr int nodes_a_block = cells_a_block / detail::lowest_per_cloth_cell;
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      const int bc = c / nodes_a_block, br = r / nodes_a_block;
+      const double x = (c + 0.5) * 2 * lowest.resolution, y = (r + 0.5) * 2 * lowest.resolution;
+      heights[std::size_t(r) * std::size_t(columns) + std::size_t(c)] =
+          planes[block(bc, br)].at(float(x - (bc + 0.5) * width), float(y - (br + 0.5) * width));
+    }
+  return heights;
+}
+
+/// Fits the terrain to the lowest points near a surface under the vegetation, `heights` at its nodes: planes
+/// through what lies around each node, once more without what stands out upwards; where too little lies
+/// there, through what lies in ever larger blocks.
+inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heights, int columns, int rows,
+                           const ground_options& options, const execution& how = {}) {
+  constexpr int reach = 1;
+  constexpr double least_points = 5, roughness = 0.08;  // [m] above planes that span 1.5 m
   terrain result;
   result.frame = lowest.frame;
   result.resolution = options.cloth.resolution;
-  result.columns = surface.columns;
-  result.rows = surface.rows;
-  result.heights = surface.heights;
-  std::vector<std::uint8_t> is_ground(lowest.points.size(), 0);
-  for (std::size_t i = 0; i < lowest.points.size(); ++i) {
-    const Eigen::Vector3f& p = lowest.points[i];
-    if (std::isnan(p.z())) continue;
-    is_ground[i] = std::abs(p.z() - result.interpolated_height(p.x(), p.y())) < options.ground_band;
-    if (is_ground[i]) result.ground.push_back(p);
-  }
+  result.columns = columns;
+  result.rows = rows;
+  result.heights = std::move(heights);
 
-  const std::size_t nodes = surface.heights.size();
-  result.heights.assign(nodes, std::numeric_limits<float>::quiet_NaN());
-  result.has_data.assign(nodes, 0);
-  const int reach =
-      int(std::ceil(std::max(options.plane_radius, options.hole_radius) / lowest.resolution)) + 1;
-  parallel_chunks(how, "ground", nodes, 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<Eigen::Vector3f> nearby;
-    for (std::size_t i = begin; i < end; ++i) {
-      const int c = int(i % std::size_t(result.columns)), r = int(i / std::size_t(result.columns));
-      const auto x = float((c + 0.5) * result.resolution), y = float((r + 0.5) * result.resolution);
-      nearby.clear();
-      const int row = r * detail::lowest_per_cloth_cell, column = c * detail::lowest_per_cloth_cell;
-      for (int dr = -reach; dr <= reach + 1; ++dr)
-        for (int dc = -reach; dc <= reach + 1; ++dc) {
-          if (!lowest.holds(column + dc, row + dr)) continue;
-          const std::size_t cell = lowest.cell(column + dc, row + dr);
-          if (!is_ground[cell]) continue;
-          const Eigen::Vector3f& p = lowest.points[cell];
-          const double distance = std::hypot(p.x() - x, p.y() - y);
-          if (distance < options.hole_radius) result.has_data[i] = 1;
-          if (distance < options.plane_radius) nearby.push_back(p);
-        }
-      if (const auto height = detail::height_of_local_plane(nearby, x, y)) result.heights[i] = *height;
-    }
-  });
+  std::vector<std::uint8_t> is_ground(lowest.points.size(), 0);
+  const auto keep_near = [&](double above) {
+    detail::moment_raster moments{result.resolution, columns, rows, {}};
+    moments.blocks.resize(result.heights.size());
+    for (int r = 0; r < lowest.rows; ++r)
+      for (int c = 0; c < lowest.columns; ++c) {
+        const std::size_t i = lowest.cell(c, r);
+        const Eigen::Vector3f& p = lowest.points[i];
+        if (std::isnan(p.z())) continue;
+        const double height = p.z() - result.interpolated_height(p.x(), p.y());
+        is_ground[i] = height > -options.ground_band && height < above;
+        if (is_ground[i])
+          moments.blocks[result.node(c / detail::lowest_per_cloth_cell, r / detail::lowest_per_cloth_cell)].add(p);
+      }
+    return moments;
+  };
+  for (const double above : {options.ground_band, roughness}) {
+    detail::moment_raster moments = keep_near(above);
+    const auto planes = detail::planes_at_all_scales(std::move(moments), reach, least_points, how);
+    for (std::size_t i = 0; i < planes.size(); ++i)
+      if (planes[i].known()) result.heights[i] = planes[i].height;
+  }
+  const detail::moment_raster counts = keep_near(roughness);
+  for (std::size_t i = 0; i < lowest.points.size(); ++i)
+    if (is_ground[i]) result.ground.push_back(lowest.points[i]);
   if (result.ground.empty()) return {};
-  if (std::all_of(result.heights.begin(), result.heights.end(), [](float z) { return std::isnan(z); }))
-    result.heights = surface.heights;  // too few points anywhere for a plane
-  detail::fill_holes(result.heights, result.columns, result.rows);
+  const int hole = int(options.hole_radius / result.resolution);
+  result.has_data.assign(result.heights.size(), 0);
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      if (counts.block(c, r).n == 0) continue;
+      for (int dr = std::max(r - hole, 0); dr <= std::min(r + hole, rows - 1); ++dr)
+        for (int dc = std::max(c - hole, 0); dc <= std::min(c + hole, columns - 1); ++dc)
+          if ((dr - r) * (dr - r) + (dc - c) * (dc - c) <= hole * hole) result.has_data[result.node(dc, dr)] = 1;
+    }
   return result;
 }
 
@@ -195,9 +326,12 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
 
   const int columns = lowest.columns / detail::lowest_per_cloth_cell;
   const int rows = lowest.rows / detail::lowest_per_cloth_cell;
-  const cloth surface =
-      simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns, rows, options.cloth, how);
-  model.terrain = fit_terrain(lowest, surface, options, how);
+  std::vector<float> heights =
+      options.filter == ground_filter::cloth
+          ? simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns, rows, options.cloth, how)
+                .heights
+          : planes_under_vegetation(lowest, columns, rows, how);
+  model.terrain = fit_terrain(lowest, std::move(heights), columns, rows, options, how);
   model.funnel.ground_points = model.terrain.ground.size();
   return model;
 }

@@ -8,9 +8,12 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <ranges>
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
+#include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 
 namespace globalmatch {
@@ -21,7 +24,10 @@ struct local_frame {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< [m] in the frame of the scan
   Eigen::Matrix3d local_from_scan_rotation = Eigen::Matrix3d::Identity();
 
-  Eigen::Vector3d to_local(const Eigen::Vector3d& p) const { return local_from_scan_rotation * (p - origin); }
+  Eigen::Vector3d to_local(const Eigen::Vector3d& p) const {
+    return is_level() ? Eigen::Vector3d(p - origin) : Eigen::Vector3d(local_from_scan_rotation * (p - origin));
+  }
+  bool is_level() const { return local_from_scan_rotation(2, 2) == 1; }  ///< it only shifts
   Eigen::Vector3d to_scan(const Eigen::Vector3d& p) const {
     return local_from_scan_rotation.transpose() * p + origin;
   }
@@ -32,6 +38,17 @@ struct local_frame {
     return motion;
   }
 };
+
+namespace detail {
+
+[[noreturn]] inline void refuse_size() {
+  throw std::invalid_argument("scan: more than 2^32 - 1 points; thin it or split it");
+}
+
+/// Faster than asking each coordinate.
+inline bool all_finite(const Eigen::Vector3d& p) { return (p - p).sum() == 0; }
+
+}  // namespace detail
 
 /// Rotation that turns `up` into +z, by the shortest way. Throws `std::invalid_argument` when `up` is zero or
 /// not finite.
@@ -91,8 +108,7 @@ template <point_range R, class Visit>
 std::size_t for_each_finite(const R& scan, const Visit& visit) {
   std::size_t i = 0, skipped = 0;
   for (const auto& p : scan) {
-    if (i >= std::numeric_limits<point_index>::max())
-      throw std::invalid_argument("scan: more than 2^32 - 1 points; thin it or split it");
+    if (i >= std::numeric_limits<point_index>::max()) detail::refuse_size();
     const Eigen::Vector3d v = xyz(p);
     if (v.allFinite())
       visit(v, static_cast<point_index>(i));
@@ -102,6 +118,48 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   }
   return skipped;
 }
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// One forward pass over a scan in chunks: `read(chunk, visit_points)` is called once for each, in parallel
+/// where the range gives random access, else in order; `visit_points(visit)` calls `visit(p, i)` for the
+/// finite points of the chunk and returns how many were not finite. `prepare(chunks)` is called first with
+/// their number. Throws as `for_each_finite` does.
+template <point_range R, class Prepare, class Read>
+void read_in_chunks(const R& scan, const execution& how, std::string_view stage, const Prepare& prepare,
+                    const Read& read) {
+  constexpr std::size_t chunk_size = std::size_t(1) << 16;
+  const auto count = static_cast<std::size_t>(std::ranges::distance(scan));
+  if (count > std::numeric_limits<point_index>::max()) detail::refuse_size();
+  const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
+    return [&at, begin, end](const auto& visit) {
+      std::size_t skipped = 0;
+      for (std::size_t i = begin; i < end; ++i, ++at) {
+        const Eigen::Vector3d p = xyz(*at);
+        if (detail::all_finite(p))
+          visit(p, static_cast<point_index>(i));
+        else
+          ++skipped;
+      }
+      return skipped;
+    };
+  };
+  prepare((count + chunk_size - 1) / chunk_size);
+  if constexpr (std::ranges::random_access_range<const R>) {
+    parallel_chunks(how, stage, count, chunk_size, [&](std::size_t begin, std::size_t end) {
+      auto at = std::ranges::begin(scan) + static_cast<std::ranges::range_difference_t<const R>>(begin);
+      read(begin / chunk_size, visit_from(at, begin, end));
+    });
+  } else {
+    auto at = std::ranges::begin(scan);
+    for (std::size_t begin = 0; begin < count; begin += chunk_size) {
+      report_progress(how, stage, double(begin) / double(count));
+      read(begin / chunk_size, visit_from(at, begin, std::min(count, begin + chunk_size)));
+    }
+  }
+}
+
+}  // namespace GLOBALMATCH_THREADING
 
 /// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
 /// far from it floats are coarse and the first point may be an outlier.

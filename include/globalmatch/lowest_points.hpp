@@ -5,11 +5,16 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -52,30 +57,50 @@ class tiled_minima {
   static constexpr int tile_cells = 32;
   static constexpr double beyond_any_plot = 1e11;  // [m] from the first point; keeps keys and heights exact
   struct lowest {
-    double x = 0, y = 0, z = std::numeric_limits<double>::infinity();
+    double z = std::numeric_limits<double>::infinity();
+    float x = 0, y = 0;  // from the corner of the tile
     bool empty() const { return std::isinf(z); }
+    /// Equally low points are told apart by their place, so that the order of points does not matter.
+    bool operator<(const lowest& o) const { return std::tie(z, x, y) < std::tie(o.z, o.x, o.y); }
   };
-  using tile = std::vector<lowest>;                   // row by row
-  using key = std::pair<std::int64_t, std::int64_t>;  // (row, column) of the tile
+  using tile = std::array<lowest, tile_cells * tile_cells>;  // row by row
+  using key = std::pair<std::int64_t, std::int64_t>;         // (row, column) of the tile
 
-  explicit tiled_minima(double resolution) : resolution_(resolution), tile_size_(resolution * tile_cells) {}
+  explicit tiled_minima(double resolution)
+      : per_cell_(1 / resolution), tile_size_(resolution * tile_cells), near_(near_tiles * near_tiles) {}
 
   double tile_size() const { return tile_size_; }
-  const std::map<key, tile>& tiles() const { return tiles_; }
+  const std::map<key, std::unique_ptr<tile>>& tiles() const { return tiles_; }
 
   static bool within_reach(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < beyond_any_plot; }
 
   void add(const Eigen::Vector3d& p) {
-    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
-    if (last_ == nullptr || k != last_key_) {
-      last_ = &tiles_.try_emplace(k, tile_cells * tile_cells).first->second;
-      last_key_ = k;
+    constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
+    const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
+    if (gx >= 0 && gx < all && gy >= 0 && gy < all) {  // positive: cut off is rounded down
+      const int c = static_cast<int>(gx), r = static_cast<int>(gy);
+      const int column = c / tile_cells, row = r / tile_cells;
+      tile*& found = near_[std::size_t(row * near_tiles + column)];
+      if (found == nullptr) found = &tile_at({row - near_tiles / 2, column - near_tiles / 2});
+      keep((*found)[std::size_t(r % tile_cells * tile_cells + c % tile_cells)], p, row - near_tiles / 2,
+           column - near_tiles / 2);
+      return;
     }
+    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
     const auto cell = [&](double v, std::int64_t t) {
-      return std::clamp(static_cast<int>((v - double(t) * tile_size_) / resolution_), 0, tile_cells - 1);
+      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
     };
-    lowest& kept = (*last_)[std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second))];
-    if (p.z() < kept.z) kept = {p.x(), p.y(), p.z()};
+    keep(tile_at(k)[std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second))], p, k.first,
+         k.second);
+  }
+
+  /// Takes over what is lower in another raster of the same frame and resolution.
+  void merge(const tiled_minima& other) {
+    for (const auto& [k, theirs] : other.tiles_) {
+      tile& ours = tile_at(k);
+      for (std::size_t i = 0; i < ours.size(); ++i)
+        if ((*theirs)[i] < ours[i]) ours[i] = (*theirs)[i];
+    }
   }
 
   static std::size_t occupied(const tile& cells) {
@@ -94,7 +119,7 @@ class tiled_minima {
       std::size_t count = 0;
       for (std::size_t i = 0; i < group.size(); ++i) {
         const auto [row, column] = group[i];
-        count += occupied(tiles_.at(group[i]));
+        count += occupied(*tiles_.at(group[i]));
         for (int dr = -1; dr <= 1; ++dr)
           for (int dc = -1; dc <= 1; ++dc) {
             const key next{row + dr, column + dc};
@@ -110,17 +135,40 @@ class tiled_minima {
   }
 
  private:
-  double resolution_, tile_size_;
-  std::map<key, tile> tiles_;
-  tile* last_ = nullptr;
-  key last_key_{};
+  static constexpr int near_tiles = 128;  // along and across, around the first point, found without a search
+
+  tile& tile_at(const key& k) {
+    std::unique_ptr<tile>& found = tiles_[k];
+    if (!found) found = std::make_unique<tile>();
+    return *found;
+  }
+  void keep(lowest& kept, const Eigen::Vector3d& p, std::int64_t row, std::int64_t column) const {
+    if (p.z() > kept.z) return;
+    const lowest candidate{p.z(), float(p.x() - double(column) * tile_size_),
+                           float(p.y() - double(row) * tile_size_)};
+    if (candidate < kept) kept = candidate;
+  }
+
+  double per_cell_, tile_size_;
+  std::map<key, std::unique_ptr<tile>> tiles_;
+  std::vector<tile*> near_;
 };
+
+/// The first point of a scan that may be of a plot.
+template <point_range R>
+std::optional<Eigen::Vector3d> first_within_reach(const R& scan) {
+  for (const auto& p : scan)
+    if (const Eigen::Vector3d v = xyz(p); all_finite(v) && tiled_minima::within_reach(v)) return v;
+  return std::nullopt;
+}
 
 }  // namespace detail
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Gathers the lowest points in one forward pass over the scan, in a frame levelled by `up`; parts of the
 /// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
-/// if no point is finite.
+/// if no point is finite. Cost: linear; parallel where the range gives random access.
 template <point_range R>
 lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen::Vector3d& up,
                                    ground_funnel& funnel, const execution& how = {}) {
@@ -128,38 +176,58 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   lowest_raster raster;
   raster.frame.local_from_scan_rotation = levelling_rotation(up);
   raster.resolution = resolution;
-  tiled_minima minima(resolution);
   funnel = {};
-  bool anchored = false;
-  const std::size_t not_finite = for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
-    if (i % (1u << 20) == 0) report_progress(how, "ground", 0);
-    ++funnel.points;
-    if (!anchored && tiled_minima::within_reach(p)) {
-      raster.frame.origin = p;
-      anchored = true;
-    }
-    const Eigen::Vector3d local = raster.frame.to_local(p);
-    if (anchored && tiled_minima::within_reach(local))
-      minima.add(local);
+  raster.frame.origin = detail::first_within_reach(scan).value_or(Eigen::Vector3d::Zero());
+
+  // Whoever works on a chunk borrows a raster: there are no more of them than threads.
+  std::vector<std::unique_ptr<tiled_minima>> idle;
+  std::mutex door;
+  read_in_chunks(
+      scan, how, "ground", [](std::size_t) {},
+      [&](std::size_t, const auto& visit_points) {
+        std::unique_ptr<tiled_minima> minima;
+        {
+          const std::lock_guard lock(door);
+          if (!idle.empty()) {
+            minima = std::move(idle.back());
+            idle.pop_back();
+          }
+        }
+        if (!minima) minima = std::make_unique<tiled_minima>(resolution);
+        std::size_t points = 0, lost = 0;
+        const std::size_t not_finite = visit_points([&](const Eigen::Vector3d& p, point_index) {
+          const Eigen::Vector3d local = raster.frame.to_local(p);
+          ++points;
+          if (tiled_minima::within_reach(local))
+            minima->add(local);
+          else
+            ++lost;
+        });
+        const std::lock_guard lock(door);
+        funnel.points += points + not_finite;
+        funnel.not_finite += lost + not_finite;
+        idle.push_back(std::move(minima));
+      });
+  tiled_minima minima(resolution);
+  for (std::size_t i = 0; i < idle.size(); ++i)
+    if (i == 0)
+      minima = std::move(*idle[0]);
     else
-      ++funnel.not_finite;
-  });
-  funnel.points += not_finite;
-  funnel.not_finite += not_finite;
+      minima.merge(*idle[i]);
 
   const auto group = minima.main_group();
   if (group.empty()) return raster;
-  std::vector<double> heights;
+  std::vector<double> heights;  // the lowest of each tile
   auto [row_low, column_low] = group.front();
   auto [row_high, column_high] = group.front();
   for (const auto& k : group) {
     row_low = std::min(row_low, k.first), row_high = std::max(row_high, k.first);
     column_low = std::min(column_low, k.second), column_high = std::max(column_high, k.second);
-    for (const auto& lowest : minima.tiles().at(k))
-      if (!lowest.empty()) heights.push_back(lowest.z);
+    const auto& tile = *minima.tiles().at(k);
+    funnel.cells += tiled_minima::occupied(tile);
+    heights.push_back(std::min_element(tile.begin(), tile.end())->z);
   }
-  funnel.cells = heights.size();
-  for (const auto& entry : minima.tiles()) funnel.cells_apart += tiled_minima::occupied(entry.second);
+  for (const auto& entry : minima.tiles()) funnel.cells_apart += tiled_minima::occupied(*entry.second);
   funnel.cells_apart -= funnel.cells;
   funnel.cells += funnel.cells_apart;
 
@@ -174,30 +242,37 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   raster.points.assign(std::size_t(raster.columns) * std::size_t(raster.rows),
                        Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   for (const auto& k : group) {
-    const auto& tile = minima.tiles().at(k);
+    const auto& tile = *minima.tiles().at(k);
+    const Eigen::Vector3d tile_corner(double(k.second - column_low) * minima.tile_size(),
+                                      double(k.first - row_low) * minima.tile_size(), -corner.z());
     for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
       const auto& lowest = tile[std::size_t(i)];
       if (lowest.empty()) continue;
       const int r = int(k.first - row_low) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
       const int c = int(k.second - column_low) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
       raster.points[raster.cell(c, r)] =
-          (Eigen::Vector3d(lowest.x, lowest.y, lowest.z) - corner).cast<float>();
+          (tile_corner + Eigen::Vector3d(lowest.x, lowest.y, lowest.z)).cast<float>();
     }
   }
   return raster;
 }
 
+}  // namespace GLOBALMATCH_THREADING
+
 namespace detail {
 
-/// Points within two cells of a cell, itself not counted, that `counts(height)`.
+/// Whether at least `least` points within two cells of a cell, itself not counted, are such that
+/// `counts(height)`.
 template <class Counts>
-int count_around(const lowest_raster& raster, int column, int row, const Counts& counts) {
-  int count = 0;
-  for (int r = row - 2; r <= row + 2; ++r)
-    for (int c = column - 2; c <= column + 2; ++c)
-      if ((c != column || r != row) && raster.holds(c, r) && counts(raster.points[raster.cell(c, r)].z()))
-        ++count;
-  return count;
+bool are_around(const lowest_raster& raster, int column, int row, int least, const Counts& counts) {
+  const int left = std::max(column - 2, 0), right = std::min(column + 2, raster.columns - 1);
+  const int top = std::min(row + 2, raster.rows - 1);
+  for (int r = std::max(row - 2, 0); r <= top; ++r)
+    for (int c = left; c <= right; ++c) {
+      const float z = raster.points[raster.cell(c, r)].z();
+      if ((c != column || r != row) && !std::isnan(z) && counts(z) && --least == 0) return true;
+    }
+  return false;
 }
 
 /// With fewer points around it nobody can tell whether a point is an outlier.
@@ -216,8 +291,8 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
       const double z = raster.points[raster.cell(c, r)].z();
       const auto any = [](float) { return true; };
       const auto near = [&](float other) { return other < z + depth; };
-      if (detail::count_around(raster, c, r, any) >= detail::least_around &&
-          detail::count_around(raster, c, r, near) <= 1)
+      if (!detail::are_around(raster, c, r, 2, near) &&
+          detail::are_around(raster, c, r, detail::least_around, any))
         outliers.push_back(raster.cell(c, r));
     }
   for (const std::size_t i : outliers) raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
@@ -234,9 +309,8 @@ inline std::size_t remove_unreachable(lowest_raster& raster, double slope, doubl
   reach.reserve(raster.points.size());
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c) {
-      const bool proves_ground = raster.holds(c, r) && detail::count_around(raster, c, r, [](float) {
-                                                         return true;
-                                                       }) >= detail::least_around;
+      const bool proves_ground = raster.holds(c, r) && detail::are_around(raster, c, r, detail::least_around,
+                                                                          [](float) { return true; });
       reach.push_back(proves_ground ? raster.points[raster.cell(c, r)].z()
                                     : std::numeric_limits<float>::infinity());
     }

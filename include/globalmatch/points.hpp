@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <compare>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -147,12 +148,24 @@ class indexed_points {
     iterator() = default;
     iterator(const At* at, std::size_t i) : at_(at), i_(i) {}
     value_type operator*() const { return (*at_)(i_); }
-    iterator& operator++() {
-      ++i_;
+    value_type operator[](difference_type n) const { return *(*this + n); }
+    iterator& operator+=(difference_type n) {
+      i_ += static_cast<std::size_t>(n);
       return *this;
     }
+    iterator& operator-=(difference_type n) { return *this += -n; }
+    iterator& operator++() { return *this += 1; }
+    iterator& operator--() { return *this -= 1; }
     iterator operator++(int) { return {at_, i_++}; }
+    iterator operator--(int) { return {at_, i_--}; }
+    friend iterator operator+(iterator i, difference_type n) { return i += n; }
+    friend iterator operator+(difference_type n, iterator i) { return i += n; }
+    friend iterator operator-(iterator i, difference_type n) { return i -= n; }
+    friend difference_type operator-(const iterator& a, const iterator& b) {
+      return static_cast<difference_type>(a.i_ - b.i_);
+    }
     bool operator==(const iterator& other) const { return i_ == other.i_; }
+    auto operator<=>(const iterator& other) const { return i_ <=> other.i_; }
 
    private:
     const At* at_ = nullptr;
