@@ -1,5 +1,5 @@
-// Points sorted into cubic cells, cells into columns: what stands near each other lies near each other in
-// memory, and neighbours are found without a search. In: local points. Out: their order, and the cells.
+// Points sorted into cubic cells, cells into columns, columns into rows: what stands near each other lies
+// near each other in memory, and neighbours are found without a tree. In: local points. Out: the same, sorted.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,110 +11,262 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
+#include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
-#include "globalmatch/radix_order.hpp"
 
 namespace globalmatch {
 
-/// Occupied cells of a cubic grid, column by column, each from the lowest cell up; columns row by row.
-/// Immutable.
+/// Occupied cells of a cubic grid: column by column, each from the lowest cell up; columns row by row.
+/// Immutable. Owns its points, cell by cell, those of a cell in the order they came in.
 class cell_columns {
  public:
   using cell_index = std::uint32_t;
+  struct cell {
+    std::int32_t height;  ///< number of the cell above the lowest height
+    std::uint32_t first;  ///< of its points
+  };
   struct column {
-    std::int32_t x, y;  // of its cells
-    cell_index first;   // of its cells
+    std::int32_t x, y;  ///< number of its cells along x and y
+    cell_index first;   ///< of its cells
   };
 
   cell_columns() = default;
 
-  /// Cost: linear in the points. Throws `std::invalid_argument` when `width` [m] is not positive. Points more
-  /// than two million cells from the lowest ones share the outermost cells.
-  cell_columns(const local_points& points, double width) : width_(width) {
-    if (!(width > 0)) throw std::invalid_argument("cell_columns: width must be positive");
-    if (points.size() == 0) return;
-    const auto lowest = [](const std::vector<float>& values) {
-      return double(*std::min_element(values.begin(), values.end()));
-    };
-    const std::array<double, 3> corner = {lowest(points.x), lowest(points.y), lowest(points.z)};
-    for (std::size_t d = 0; d < 3; ++d) lowest_[d] = std::floor(corner[d] / width);
-    std::vector<std::uint64_t> keys(points.size());
-    for (std::size_t i = 0; i < keys.size(); ++i)
-      keys[i] = (cell_of(points.y[i], 1) << 42) | (cell_of(points.x[i], 0) << 21) | cell_of(points.z[i], 2);
-    order_ = radix_order(keys);
-    for (std::size_t k = 0; k < order_.size(); ++k) {
-      const std::uint64_t key = keys[order_[k]], before = k > 0 ? keys[order_[k - 1]] : ~key;
-      if (key == before) continue;
-      if (key >> 21 != before >> 21)
-        columns_.push_back({std::int32_t((key >> 21) & most), std::int32_t(key >> 42),
-                            static_cast<cell_index>(heights_.size())});
-      heights_.push_back(std::int32_t(key & most));
-      first_.push_back(static_cast<std::uint32_t>(k));
-    }
-    first_.push_back(static_cast<std::uint32_t>(order_.size()));
-  }
-
   double width() const { return width_; }
-  std::size_t cells() const { return heights_.size(); }
-  const std::vector<column>& columns() const { return columns_; }
-  /// Number of the cell above the lowest height.
-  std::int32_t height(cell_index c) const { return heights_[c]; }
-  /// One past the last cell of a column.
-  cell_index last(std::size_t column) const {
-    return column + 1 < columns_.size() ? columns_[column + 1].first : static_cast<cell_index>(cells());
-  }
-  /// Points, cell by cell; positions in what the cells were made of.
-  const std::vector<std::uint32_t>& order() const { return order_; }
-  /// Where the points of a cell begin in `order()`, and where those of the next one do.
-  std::uint32_t first_point(cell_index c) const { return first_[c]; }
+  const local_points& points() const { return points_; }
+  std::size_t cells() const { return cells_.empty() ? 0 : cells_.size() - 1; }
+  std::size_t columns() const { return columns_.empty() ? 0 : columns_.size() - 1; }
+  std::size_t rows() const { return rows_.empty() ? 0 : rows_.size() - 1; }
+  const cell& operator[](cell_index c) const { return cells_[c]; }
+  const column& column_at(std::size_t c) const { return columns_[c]; }
+  std::uint32_t points_begin(cell_index c) const { return cells_[c].first; }
+  std::uint32_t points_end(cell_index c) const { return cells_[c + 1].first; }
+  cell_index cells_begin(std::size_t c) const { return columns_[c].first; }
+  cell_index cells_end(std::size_t c) const { return columns_[c + 1].first; }
+  std::size_t columns_begin(std::size_t row) const { return rows_[row]; }
+  std::size_t columns_end(std::size_t row) const { return rows_[row + 1]; }
 
-  /// Calls `visit(column)` for the columns from (x - reach, y - reach) to (x + reach, y + reach) around one.
-  /// Cost: a search in each row.
-  template <class Visit>
-  void for_each_column_around(const column& center, std::int32_t reach, const Visit& visit) const {
-    for (std::int32_t y = center.y - reach; y <= center.y + reach; ++y) {
-      const auto before = [&](const column& c, std::int32_t x) { return c.y < y || (c.y == y && c.x < x); };
-      auto c = std::lower_bound(columns_.begin(), columns_.end(), center.x - reach, before);
-      for (; c != columns_.end() && c->y == y && c->x <= center.x + reach; ++c)
-        visit(std::size_t(c - columns_.begin()));
-    }
+  /// Numbers of the columns of a row from x = `left` to `right`: [begin, end).
+  std::pair<std::size_t, std::size_t> columns_between(std::int32_t row, std::int32_t left,
+                                                      std::int32_t right) const {
+    if (row < 0 || std::size_t(row) >= rows()) return {0, 0};
+    const auto begin = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row)]);
+    const auto end = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row) + 1]);
+    const auto before = [](const column& c, std::int32_t x) { return c.x < x; };
+    const auto first = std::lower_bound(begin, end, left, before);
+    auto last = first;
+    if (right - left < 8)
+      while (last != end && last->x <= right) ++last;
+    else
+      last = std::lower_bound(first, end, right + 1, before);
+    return {std::size_t(first - columns_.begin()), std::size_t(last - columns_.begin())};
   }
 
-  /// Calls `visit(begin, end)` for the runs of `order()` that hold the points within `reach` [m] of (x, y) in
-  /// plan, in each coordinate, and some others. Cost: a search in each row.
+  /// Calls `visit(begin, end)` for the runs of points whose columns lie within `reach` [m] of (x, y) in plan,
+  /// in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
-    if (columns_.empty()) return;
-    const auto low = [&](double v, std::size_t d) { return std::int32_t(cell_of(v - reach, d)); };
-    const auto high = [&](double v, std::size_t d) { return std::int32_t(cell_of(v + reach, d)); };
-    const std::int32_t left = low(x, 0), right = high(x, 0), top = high(y, 1);
-    for (std::int32_t row = low(y, 1); row <= top; ++row) {
-      const auto before = [&](const column& c, std::int32_t at) {
-        return c.y < row || (c.y == row && c.x < at);
-      };
-      const auto begin = std::lower_bound(columns_.begin(), columns_.end(), left, before);
-      const auto end = std::lower_bound(begin, columns_.end(), right + 1, before);
-      if (begin == end) continue;
-      visit(first_[begin->first], first_[last(std::size_t(end - columns_.begin()) - 1)]);
+    const auto clamped = [](double v) { return static_cast<std::int32_t>(std::clamp(v, -1.0, double(most))); };
+    const auto number = [&](double v, double lowest) { return clamped(std::floor(v / width_) - lowest); };
+    const std::int32_t left = number(x - reach, lowest_[0]), right = number(x + reach, lowest_[0]);
+    const std::int32_t top = std::min(number(y + reach, lowest_[1]), static_cast<std::int32_t>(rows()) - 1);
+    for (std::int32_t row = std::max(number(y - reach, lowest_[1]), 0); row <= top; ++row) {
+      const auto [begin, end] = columns_between(row, left, right);
+      if (begin != end) visit(points_begin(cells_begin(begin)), points_begin(cells_begin(end)));
     }
   }
 
  private:
-  static constexpr std::uint64_t most = (std::uint64_t(1) << 21) - 1;
+  static constexpr std::int32_t most = (1 << 21) - 1;  // cells along each axis
 
-  std::uint64_t cell_of(double value, std::size_t dimension) const {
-    const double cell = std::floor(value / width_) - lowest_[dimension];
-    return static_cast<std::uint64_t>(std::clamp(cell, 0.0, double(most)));
-  }
+  friend class cell_sorter;
 
-  double width_ = 1;                     // [m]
-  std::array<double, 3> lowest_ = {};    // cells from the origin
-  std::vector<std::uint32_t> order_;     // points
-  std::vector<std::uint32_t> first_;     // points of each cell, in `order_`; one more than cells
-  std::vector<std::int32_t> heights_;    // of cells
-  std::vector<column> columns_;
+  double width_ = 1;                    // [m]
+  std::array<double, 3> lowest_ = {};   // numbers of the lowest cells, from the origin
+  local_points points_;
+  std::vector<cell> cells_;             // one more than there are
+  std::vector<column> columns_;         // one more than there are
+  std::vector<std::size_t> rows_;       // first column of each; one more than there are
 };
 
+/// Fills `cell_columns`.
+class cell_sorter {
+ public:
+  /// Takes the points over; one row after the other can then be sorted alone.
+  cell_sorter(local_points points, double width) {
+    if (!(width > 0)) throw std::invalid_argument("cell width must be positive");
+    result_.width_ = width;
+    result_.points_ = std::move(points);
+  }
+
+  cell_columns sorted(const execution& how);
+
+ private:
+  struct row_cells {
+    std::vector<cell_columns::cell> cells;
+    std::vector<cell_columns::column> columns;
+  };
+  struct entry {
+    std::uint64_t key;  // column, then height
+    std::uint32_t place;
+  };
+
+  std::int32_t number(float v, std::size_t dimension) const {
+    const double cell = std::floor(double(v) / result_.width_) - result_.lowest_[dimension];
+    return static_cast<std::int32_t>(std::clamp(cell, 0.0, double(cell_columns::most)));
+  }
+  void find_lowest();
+  std::vector<std::uint32_t> sort_into_rows(const execution& how);
+  row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
+
+  cell_columns result_;
+};
+
+namespace detail {
+
+/// Sorts by key, equal ones as they came; a pass for every 11 bits in which keys differ. `spare` is reused.
+template <class Entry>
+void radix_sort(std::vector<Entry>& entries, std::vector<Entry>& spare) {
+  constexpr unsigned bits = 11;
+  constexpr std::uint64_t mask = (1u << bits) - 1;
+  if (entries.size() < 64) {
+    std::stable_sort(entries.begin(), entries.end(),
+                     [](const Entry& a, const Entry& b) { return a.key < b.key; });
+    return;
+  }
+  std::uint64_t differ = 0;
+  for (const Entry& e : entries) differ |= e.key ^ entries.front().key;
+  spare.resize(entries.size());
+  std::array<std::uint32_t, mask + 1> place;
+  for (unsigned shift = 0; shift < 64 && differ >> shift != 0; shift += bits) {
+    if (((differ >> shift) & mask) == 0) continue;
+    place.fill(0);
+    for (const Entry& e : entries) ++place[(e.key >> shift) & mask];
+    std::uint32_t sum = 0;
+    for (std::uint32_t& p : place) sum += std::exchange(p, sum);
+    for (const Entry& e : entries) spare[place[(e.key >> shift) & mask]++] = e;
+    entries.swap(spare);
+  }
+}
+
+}  // namespace detail
+
+inline void cell_sorter::find_lowest() {
+  const local_points& points = result_.points_;
+  if (points.size() == 0) return;
+  const auto lowest = [&](const std::vector<float>& values) {
+    return std::floor(double(*std::min_element(values.begin(), values.end())) / result_.width_);
+  };
+  result_.lowest_ = {lowest(points.x), lowest(points.y), lowest(points.z)};
+}
+
+/// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
+inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
+  constexpr std::size_t chunk = std::size_t(1) << 16;
+  local_points& points = result_.points_;
+  std::vector<std::int32_t> row_of(points.size());
+  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) row_of[i] = number(points.y[i], 1);
+  });
+  const std::size_t rows = std::size_t(row_of.empty() ? 0 : *std::max_element(row_of.begin(), row_of.end()) + 1);
+  const std::size_t chunks = (points.size() + chunk - 1) / chunk;
+  std::vector<std::uint32_t> place(chunks * rows, 0), first(rows + 1, 0);
+  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* counts = place.data() + begin / chunk * rows;
+    for (std::size_t i = begin; i < end; ++i) ++counts[row_of[i]];
+  });
+  std::uint32_t sum = 0;
+  for (std::size_t row = 0; row < rows; ++row) {
+    first[row] = sum;
+    for (std::size_t c = 0; c < chunks; ++c) sum += std::exchange(place[c * rows + row], sum);
+  }
+  if (rows > 0) first[rows] = sum;
+  local_points moved;
+  moved.frame = points.frame;
+  moved.resize(points.size());
+  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    std::uint32_t* next = place.data() + begin / chunk * rows;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint32_t to = next[row_of[i]]++;
+      moved.x[to] = points.x[i], moved.y[to] = points.y[i], moved.z[to] = points.z[i];
+      moved.index[to] = points.index[i];
+    }
+  });
+  points = std::move(moved);
+  return first;
+}
+
+/// Sorts the points of a row by column and height. Cells and columns are numbered from the row's first.
+inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row) {
+  constexpr unsigned height_bits = 21;
+  local_points& points = result_.points_;
+  std::vector<entry> entries(end - begin), spare;
+  for (std::uint32_t i = begin; i < end; ++i)
+    entries[i - begin] = {std::uint64_t(number(points.x[i], 0)) << height_bits |
+                              std::uint64_t(number(points.z[i], 2)),
+                          i};
+  detail::radix_sort(entries, spare);
+  local_points moved;
+  moved.resize(entries.size());
+  row_cells found;
+  std::uint64_t before = std::numeric_limits<std::uint64_t>::max();
+  for (std::uint32_t k = 0; k < entries.size(); ++k) {
+    const auto& [key, i] = entries[k];
+    moved.x[k] = points.x[i], moved.y[k] = points.y[i], moved.z[k] = points.z[i];
+    moved.index[k] = points.index[i];
+    if (key == before) continue;
+    if (key >> height_bits != before >> height_bits)
+      found.columns.push_back({static_cast<std::int32_t>(key >> height_bits), row,
+                               static_cast<cell_columns::cell_index>(found.cells.size())});
+    found.cells.push_back({static_cast<std::int32_t>(key & cell_columns::most), begin + k});
+    before = key;
+  }
+  const auto at = static_cast<std::ptrdiff_t>(begin);
+  std::copy(moved.x.begin(), moved.x.end(), points.x.begin() + at);
+  std::copy(moved.y.begin(), moved.y.end(), points.y.begin() + at);
+  std::copy(moved.z.begin(), moved.z.end(), points.z.begin() + at);
+  std::copy(moved.index.begin(), moved.index.end(), points.index.begin() + at);
+  return found;
+}
+
+inline cell_columns cell_sorter::sorted(const execution& how) {
+  find_lowest();
+  const std::vector<std::uint32_t> first = sort_into_rows(how);
+  const std::size_t rows = first.size() - 1;
+  std::vector<row_cells> of_row(rows);
+  parallel_for(how, "cells", rows, [&](std::size_t row) {
+    of_row[row] = sort_row(first[row], first[row + 1], static_cast<std::int32_t>(row));
+  }, 8);
+
+  std::size_t cells = 0, columns = 0;
+  for (const row_cells& row : of_row) cells += row.cells.size(), columns += row.columns.size();
+  result_.cells_.reserve(cells + 1);
+  result_.columns_.reserve(columns + 1);
+  for (row_cells& row : of_row) {
+    result_.rows_.push_back(result_.columns_.size());
+    const auto before = static_cast<cell_columns::cell_index>(result_.cells_.size());
+    for (cell_columns::column& c : row.columns) c.first += before;
+    result_.cells_.insert(result_.cells_.end(), row.cells.begin(), row.cells.end());
+    result_.columns_.insert(result_.columns_.end(), row.columns.begin(), row.columns.end());
+    row = {};
+  }
+  result_.rows_.push_back(result_.columns_.size());
+  result_.columns_.push_back({0, 0, static_cast<cell_columns::cell_index>(result_.cells_.size())});
+  result_.cells_.push_back({0, static_cast<std::uint32_t>(result_.points_.size())});
+  return std::move(result_);
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Sorts points into cells of `width` [m]. Cost: linear in the points; parallel. Throws
+/// `std::invalid_argument` when `width` is not positive. Points more than two million cells from the lowest
+/// share the outermost cells.
+inline cell_columns sort_into_cells(local_points points, double width, const execution& how = {}) {
+  return cell_sorter(std::move(points), width).sorted(how);
+}
+
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

@@ -2,16 +2,21 @@
 // distance. Cost: O(n log n) and the number of links.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <cstdlib>
 #include <span>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "globalmatch/cell_columns.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
+#include "globalmatch/verticality.hpp"
 
 namespace globalmatch {
 
@@ -52,6 +57,60 @@ class disjoint_sets {
 };
 
 }  // namespace detail
+
+/// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches.
+/// Only cells with a surface for which `chosen(surface)` join. Each cluster holds at least `least_points`
+/// points; its members are the points of its cells, positions in `cells.points()`. Cost: linear in the cells.
+template <class Chosen>
+point_clusters cluster_cells(const cell_columns& cells, const std::vector<cell_surface>& surfaces,
+                             const Chosen& chosen, std::size_t least_points, const execution& how = {}) {
+  using cell_index = cell_columns::cell_index;
+  detail::disjoint_sets sets(cells.cells());
+  const auto joins = [&](cell_index c) { return surfaces[c].reach > 0 && chosen(surfaces[c]); };
+  std::vector<std::size_t> around;
+  for (std::size_t column = 0; column < cells.columns(); ++column) {
+    if (column % 65536 == 0) report_progress(how, "clusters", double(column) / double(cells.columns()));
+    std::int32_t widest = 0;
+    for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
+      if (joins(c)) widest = std::max(widest, std::int32_t(surfaces[c].reach));
+    if (widest == 0) continue;
+    detail::columns_around(cells, column, widest, around);
+    const auto& here = cells.column_at(column);
+    for (const std::size_t other : around) {
+      const auto& there = cells.column_at(other);
+      const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
+      cell_index at = cells.cells_begin(other);
+      const cell_index last = cells.cells_end(other);
+      for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
+        const std::int32_t reach = surfaces[c].reach, height = cells[c].height;
+        if (!joins(c) || away > reach) continue;
+        while (at < last && cells[at].height < height - widest) ++at;
+        for (cell_index o = at; o < last && cells[o].height <= height + reach; ++o)
+          if (cells[o].height >= height - reach && joins(o)) sets.join(c, o);
+      }
+    }
+  }
+
+  std::vector<std::size_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
+  const auto count = [&](cell_index c) { return cells.points_end(c) - cells.points_begin(c); };
+  for (cell_index c = 0; c < cells.cells(); ++c)
+    if (joins(c)) points_of[sets.find(c)] += count(c);
+  point_clusters clusters;
+  for (cell_index c = 0; c < cells.cells(); ++c) {
+    if (points_of[c] == 0 || points_of[c] < least_points) continue;
+    place[c] = clusters.first.back();
+    clusters.first.push_back(place[c] + points_of[c]);
+  }
+  clusters.members.resize(clusters.first.back());
+  for (cell_index c = 0; c < cells.cells(); ++c) {
+    if (!joins(c)) continue;
+    const point_index representative = sets.find(c);
+    if (points_of[representative] < least_points) continue;
+    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
+      clusters.members[place[representative]++] = p;
+  }
+  return clusters;
+}
 
 /// Clusters of at least `least_points` points, ordered by their first point. Two points are linked when they
 /// are nearer than the larger of their link distances [m].

@@ -84,6 +84,12 @@ class local_points {
     z.push_back(p.z());
     index.push_back(i);
   }
+  void resize(std::size_t count) {
+    x.resize(count);
+    y.resize(count);
+    z.resize(count);
+    index.resize(count);
+  }
   void reserve(std::size_t count) {
     x.reserve(count);
     y.reserve(count);

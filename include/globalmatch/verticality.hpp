@@ -9,11 +9,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <vector>
 
+#include "globalmatch/cell_columns.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/neighbors.hpp"
@@ -98,6 +100,116 @@ inline std::vector<local_surface> estimate_surfaces(const local_points& points,
       solver.computeDirect(covariance);
       surfaces[i].normal = solver.eigenvectors().col(0).cast<float>();
     }
+  });
+  return surfaces;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+
+/// The surface through a cell.
+struct cell_surface {
+  float verticality = 0;   ///< [GM] Eq. (1); 0 where there are too few points
+  std::uint8_t reach = 0;  ///< cells around it whose points it took: 1 in dense places, up to 3
+};
+
+namespace detail {
+
+/// Sums over points of what their covariance is made of. Doubles of local coordinates: no digits are lost.
+struct moments {
+  double n = 0, x = 0, y = 0, z = 0, xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
+
+  void add(double px, double py, double pz) {
+    n += 1, x += px, y += py, z += pz;
+    xx += px * px, xy += px * py, xz += px * pz, yy += py * py, yz += py * pz, zz += pz * pz;
+  }
+  void operator+=(const moments& o) {
+    n += o.n, x += o.x, y += o.y, z += o.z;
+    xx += o.xx, xy += o.xy, xz += o.xz, yy += o.yy, yz += o.yz, zz += o.zz;
+  }
+
+  /// [GM] Eq. (1) with the normal of principal component analysis, which is not computed itself: the squared
+  /// components of an eigenvector follow from the eigenvalues of the matrix and of its minor (Denton et al.
+  /// 2022, Bulletin of the AMS 59, 31-58).
+  double verticality() const {
+    const double mx = x / n, my = y / n, mz = z / n;
+    const double a = xx / n - mx * mx, b = yy / n - my * my, c = zz / n - mz * mz;
+    const double d = xy / n - mx * my, e = xz / n - mx * mz, f = yz / n - my * mz;
+    const double trace = a + b + c, minor_z = a * b - d * d;
+    const double minors = minor_z + a * c - e * e + b * c - f * f;
+    const double determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e);
+    double least = 0;  // eigenvalue: Newton's steps from below never pass the least root
+    for (int step = 0; step < 12; ++step) {
+      const double value = ((trace - least) * least - minors) * least + determinant;
+      const double slope = (2 * trace - 3 * least) * least - minors;
+      const double next = least - value / slope;
+      if (!(next > least)) break;
+      least = next;
+    }
+    const double others = trace - least;  // the sum of the other two, and below their product
+    const double apart = least * least - others * least + minors - least * others;
+    const double up = (least * least - (a + b) * least + minor_z) / apart;
+    return apart > 0 ? 1 - std::sqrt(std::clamp(up, 0.0, 1.0)) : 0;
+  }
+};
+
+/// The columns within `reach` cells of one, where they begin and end.
+inline void columns_around(const cell_columns& cells, std::size_t column, std::int32_t reach,
+                           std::vector<std::size_t>& found) {
+  const cell_columns::column& center = cells.column_at(column);
+  found.clear();
+  for (std::int32_t row = center.y - reach; row <= center.y + reach; ++row) {
+    const auto [begin, end] = cells.columns_between(row, center.x - reach, center.x + reach);
+    for (std::size_t c = begin; c < end; ++c) found.push_back(c);
+  }
+}
+
+}  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Surface through each cell: through the points of the 27 cells around it, or of as many more as it takes to
+/// hold `least_neighbors`, up to three cells away. With cells of 5 cm these are the balls that [GM] takes, or
+/// nearly so, at a cost for each cell and not for each point. Linear in the points; parallel.
+inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
+                                                   const verticality_options& options = {},
+                                                   const execution& how = {}) {
+  require_valid(options);
+  constexpr std::int32_t widest = 3;
+  const local_points& points = cells.points();
+  std::vector<detail::moments> of_cell(cells.cells());
+  std::vector<cell_surface> surfaces(cells.cells());
+  parallel_for(how, "verticality", cells.cells(), [&](std::size_t i) {
+    const auto c = static_cast<cell_columns::cell_index>(i);
+    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
+      of_cell[i].add(points.x[p], points.y[p], points.z[p]);
+  });
+  parallel_chunks(how, "verticality", cells.columns(), 256, [&](std::size_t begin, std::size_t end) {
+    std::vector<std::size_t> around;
+    std::vector<cell_columns::cell_index> next;
+    for (std::size_t column = begin; column < end; ++column)
+      for (std::int32_t reach = 1; reach <= widest; ++reach) {
+        detail::columns_around(cells, column, reach, around);
+        next.clear();
+        for (const std::size_t a : around) next.push_back(cells.cells_begin(a));
+        bool all_known = true;
+        for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
+          if (surfaces[c].reach != 0) continue;
+          const std::int32_t height = cells[c].height;
+          detail::moments sum;
+          for (std::size_t k = 0; k < around.size(); ++k) {
+            auto& at = next[k];
+            const auto last = cells.cells_end(around[k]);
+            while (at < last && cells[at].height < height - reach) ++at;
+            for (auto other = at; other < last && cells[other].height <= height + reach; ++other)
+              sum += of_cell[other];
+          }
+          if (sum.n >= options.least_neighbors || (reach == widest && sum.n >= 4))
+            surfaces[c] = {static_cast<float>(sum.verticality()), static_cast<std::uint8_t>(reach)};
+          else
+            all_known = false;
+        }
+        if (all_known) break;
+      }
   });
   return surfaces;
 }
