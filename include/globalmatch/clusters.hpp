@@ -58,15 +58,15 @@ class disjoint_sets {
 
 }  // namespace detail
 
-/// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches.
-/// Only cells with a surface for which `chosen(surface)` join. Each cluster holds at least `least_points`
+/// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches;
+/// only those that may be of a stem. Each cluster holds at least `least_points`
 /// points; its members are the points of its cells, positions in `cells.points()`. Cost: linear in the cells.
-template <class Chosen>
-point_clusters cluster_cells(const cell_columns& cells, const std::vector<cell_surface>& surfaces,
-                             const Chosen& chosen, std::size_t least_points, const execution& how = {}) {
+inline point_clusters cluster_cells(const cell_columns& cells, const std::vector<cell_surface>& surfaces,
+                                    const verticality_options& options, std::size_t least_points,
+                                    const execution& how = {}) {
   using cell_index = cell_columns::cell_index;
   detail::disjoint_sets sets(cells.cells());
-  const auto joins = [&](cell_index c) { return surfaces[c].reach > 0 && chosen(surfaces[c]); };
+  const auto joins = [&](cell_index c) { return is_stem_cell(surfaces[c], options); };
   std::vector<std::size_t> around;
   for (std::size_t column = 0; column < cells.columns(); ++column) {
     if (column % 65536 == 0) report_progress(how, "clusters", double(column) / double(cells.columns()));

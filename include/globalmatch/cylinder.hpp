@@ -28,7 +28,7 @@ namespace globalmatch {
 struct cylinder_options {
   double smallest_radius = 0.02;  ///< [m] (ours)
   double largest_radius = 0.60;   ///< [m] (ours)
-  double largest_lean = 25;       ///< [degrees] between axis and up (ours)
+  double largest_lean = 30;       ///< [degrees] between axis and up (ours)
   /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
   /// stems are fitted.
   std::optional<double> distance_tolerance = {};
@@ -51,16 +51,19 @@ inline void require_valid(const cylinder_options& options) {
   if (options.draws < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
 }
 
-/// An endless cylinder.
+/// An endless cylinder, slightly tapered as stems are.
 struct cylinder {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< [m] a point on the axis
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< unit, pointing up
-  double radius = 0;                                ///< [m]
+  double radius = 0;                                ///< [m] at `point`
+  double taper = 0;                                 ///< [m/m] by which it grows thinner upwards
 
   /// Distance [m] of p from the axis.
   double axis_distance(const Eigen::Vector3d& p) const { return axis.cross(p - point).norm(); }
   /// Signed distance [m] of p from the surface, negative inside.
-  double surface_distance(const Eigen::Vector3d& p) const { return axis_distance(p) - radius; }
+  double surface_distance(const Eigen::Vector3d& p) const {
+    return axis_distance(p) - radius + taper * axis.dot(p - point);
+  }
   /// Where the axis passes height z; requires an axis that is not horizontal.
   Eigen::Vector3d at_height(double z) const { return point + axis * ((z - point.z()) / axis.z()); }
 };
@@ -114,66 +117,93 @@ inline double surface_cost(const cylinder& c, std::span<const Eigen::Vector3d> p
 }
 
 /// Normal equations of the surface distances, linear in (shift along u, shift along v, tilt towards u, tilt
-/// towards v, radius), over the points within `tolerance` of the surface.
+/// towards v, radius, taper), over the points within `tolerance` of the surface.
 struct cylinder_equations {
+  using vector = Eigen::Matrix<double, 6, 1>;
   Eigen::Vector3d u, v;
-  Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
-  Eigen::Matrix<double, 5, 1> right = Eigen::Matrix<double, 5, 1>::Zero();
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  vector right = vector::Zero();
   std::size_t count = 0;
 
   cylinder_equations(const cylinder& c, std::span<const Eigen::Vector3d> points, double tolerance) {
     std::tie(u, v) = plane_across(c.axis);
+    double sums[21] = {}, rights[6] = {};  // of the upper triangle, row by row
     for (const Eigen::Vector3d& p : points) {
       const Eigen::Vector3d d = p - c.point;
       const double along = c.axis.dot(d), du = u.dot(d), dv = v.dot(d);
-      const double distance = std::hypot(du, dv), residual = distance - c.radius;
-      if (std::abs(residual) >= tolerance || distance == 0) continue;
-      Eigen::Matrix<double, 5, 1> row;
-      row << du, dv, along * du, along * dv, distance;
-      row /= -distance;
-      normal += row * row.transpose();
-      right -= row * residual;
+      const double distance = std::sqrt(du * du + dv * dv);
+      const double residual = distance - c.radius + c.taper * along;
+      if (!(std::abs(residual) < tolerance) || distance == 0) continue;
+      const double a = -du / distance, b = -dv / distance;
+      const double row[6] = {a, b, along * a, along * b, -1, along};
+      for (int i = 0, k = 0; i < 6; ++i) {
+        for (int j = i; j < 6; ++j, ++k) sums[k] += row[i] * row[j];
+        rights[i] -= row[i] * residual;
+      }
       ++count;
+    }
+    for (int i = 0, k = 0; i < 6; ++i) {
+      for (int j = i; j < 6; ++j, ++k) normal(i, j) = normal(j, i) = sums[k];
+      right(i) = rights[i];
     }
     constexpr double damping = 1e-6;  // a share of the points: keeps what they do not determine where it is
     normal.diagonal().array() += damping * double(count);
+  }
+
+  /// Makes the taper known to what stems have: as much as so many points at one metre would.
+  void expect_taper(double taper) {
+    constexpr double usual = 0.005, weight = 30;  // [m/m] stems grow 1 cm thinner a metre, or so
+    normal(5, 5) += weight;
+    right(5) += weight * (usual - taper);
   }
 };
 
 }  // namespace detail
 
-/// Least squares over the five parameters of the cylinder (Gauss-Newton), over the points within `tolerance`
-/// [m] of the surface, chosen anew each round. `point` comes to lie beside their middle. Nothing when there
-/// are fewer than six, or when it leaves the limits.
+/// Least squares over the parameters of the cylinder (Gauss-Newton), over the points within `tolerance` [m]
+/// of the surface, chosen anew each round; it begins with points as far as `widest` [m]. `point` comes to lie
+/// beside their middle. Nothing when there are fewer than six, or when it leaves the limits.
 inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen::Vector3d> points,
-                                               double tolerance, const cylinder_options& options) {
-  constexpr int rounds = 8;
+                                               double tolerance, const cylinder_options& options,
+                                               double widest = 0) {
+  constexpr int rounds = 10;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) middle += p / double(points.size());
   c.point += c.axis * c.axis.dot(middle - c.point);  // the axis turns about this point
+  double reach = std::max(widest, tolerance);
   for (int round = 0; round < rounds; ++round) {
-    const detail::cylinder_equations equations(c, points, tolerance);
+    detail::cylinder_equations equations(c, points, reach);
     if (equations.count < 6) return std::nullopt;
-    const Eigen::Matrix<double, 5, 1> step = equations.normal.ldlt().solve(equations.right);
+    equations.expect_taper(c.taper);
+    const detail::cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
     c.point += step(0) * equations.u + step(1) * equations.v;
     c.axis = (c.axis + step(2) * equations.u + step(3) * equations.v).normalized();
     c.radius += step(4);
+    c.taper += step(5);
     if (!step.allFinite() || !within_limits(c, options)) return std::nullopt;
-    if (step.norm() < 1e-7) break;
+    if (reach == tolerance && step.norm() < 1e-5) break;
+    reach = std::max(tolerance, reach / 1.6);
   }
   return c;
 }
 
-/// Standard deviation [m] of the axis at `c.point`, across its worst direction, when points scatter by
-/// `sigma` [m] about the surface: large when they show little of its curve.
-inline double axis_uncertainty(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma) {
-  const detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
-  const Eigen::Matrix<double, 5, 2> columns =
-      equations.normal.ldlt().solve(Eigen::Matrix<double, 5, 2>::Identity());
-  const Eigen::Matrix2d covariance = columns.topRows<2>();
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-  solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
-  return sigma * std::sqrt(std::max(0.0, solver.eigenvalues().maxCoeff()));
+/// Covariance of the axis when points scatter by `sigma` [m] about the surface: shift along u and v at
+/// `c.point` [m], tilt towards u and v. Large when they show little of its curve.
+inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma) {
+  detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
+  equations.expect_taper(c.taper);
+  const Eigen::Matrix<double, 6, 4> columns =
+      equations.normal.ldlt().solve(Eigen::Matrix<double, 6, 4>::Identity());
+  return sigma * sigma * columns.topRows<4>();
+}
+
+/// Standard deviation [m] of the axis, across its worst direction, `along` [m] up from `c.point`.
+inline double axis_uncertainty(const Eigen::Matrix4d& covariance, double along = 0) {
+  Eigen::Matrix<double, 2, 4> at;
+  at << 1, 0, along, 0, 0, 1, 0, along;
+  const Eigen::Matrix2d c = at * covariance * at.transpose();
+  const double half = (c(0, 0) - c(1, 1)) / 2;
+  return std::sqrt(std::max(0.0, (c(0, 0) + c(1, 1)) / 2 + std::sqrt(half * half + c(0, 1) * c(0, 1))));
 }
 
 /// The cylinder that most of the points lie on, by RANSAC and then least squares. `normals` are unit, of any

@@ -1,39 +1,40 @@
 // Stems in clusters ([GM] 3.1): mostly one cylinder a cluster, several where stems stand close or branches
-// join them. In: stem points with normals, in clusters. Out: cylinders with their supporting points. Parallel
+// join them. In: stem points in clusters. Out: cylinders with their supporting points. Parallel
 // over clusters.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
 #include <limits>
-#include <map>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "globalmatch/cell_columns.hpp"
 #include "globalmatch/clusters.hpp"
 #include "globalmatch/cylinder.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
-#include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/random.hpp"
-#include "globalmatch/verticality.hpp"
 
 namespace globalmatch {
 
 /// [GM] gives no values: all are ours.
 struct stem_cylinder_options {
   cylinder_options cylinder = {};
-  double column_width = 0.30;  ///< [m] a stem is first looked for in a column of this width
+  double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
   int least_points = 15;       ///< on the surface of a stem
   double least_height = 1.4;   ///< [m] that these points fill, in steps of 0.1 m: half the understory layer
   double least_filled = 0.6;   ///< share of the height from the lowest to the highest of them that they fill
@@ -60,7 +61,7 @@ struct stem_cylinder {
   std::vector<point_index> support;  ///< positions in the understory points that lie on it, increasing
   double filled_height = 0;          ///< [m] height that the support fills, in steps of 0.1 m
   double rms = 0;                    ///< [m] of the support about the surface
-  double position_sigma = 0;         ///< [m] uncertainty of the axis in plan, in its worst direction
+  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< of the axis, see `axis_covariance`
 };
 
 struct stem_cylinders {
@@ -78,160 +79,335 @@ inline std::uint64_t height_bit(double z) {
   return std::uint64_t(1) << (static_cast<std::int64_t>(std::floor(z / height_bin)) & 63);
 }
 
-/// The points of one cluster that are not yet explained by a stem, over a plan raster of columns.
+/// The points of a cluster in narrow columns, and which of them fill most height.
 class column_raster {
  public:
+  /// `members` must come column by column, as points in cells do.
   column_raster(const local_points& points, std::span<const point_index> members, double column_width)
-      : points_(points), remaining_(members.begin(), members.end()), cell_(column_width / 3) {}
-
-  const std::vector<point_index>& remaining() const { return remaining_; }
-
-  /// Middle of the column of 3 x 3 cells that fills most height bins, and how many.
-  std::pair<Eigen::Vector2d, int> fullest_column() const {
-    std::map<std::pair<int, int>, std::uint64_t> filled;
-    for (const point_index i : remaining_) {
-      const std::uint64_t bit = height_bit(points_.z[i]);
-      const auto [c, r] = cell_of(i);
-      for (int dr = -1; dr <= 1; ++dr)
-        for (int dc = -1; dc <= 1; ++dc) filled[{c + dc, r + dr}] |= bit;
+      : members_(members), cell_(column_width / (2 * reach + 1)) {
+    for (std::uint32_t k = 0; k < members.size(); ++k) {
+      const point_index i = members[k];
+      const auto x = static_cast<std::int32_t>(std::floor(points.x[i] / cell_));
+      const auto y = static_cast<std::int32_t>(std::floor(points.y[i] / cell_));
+      if (columns_.empty() || columns_.back().x != x || columns_.back().y != y) columns_.push_back({y, x, k});
+      columns_.back().end = k + 1;
+      columns_.back().filled |= height_bit(points.z[i]);
     }
-    std::pair<int, int> best{};
-    int most = 0;
-    for (const auto& [cell, bits] : filled)
-      if (std::popcount(bits) > most) {
-        most = std::popcount(bits);
-        best = cell;
-      }
-    return {{(best.first + 0.5) * cell_, (best.second + 0.5) * cell_}, most};
+    // With other cells than those the points are sorted by a column may come in several parts.
+    std::sort(columns_.begin(), columns_.end());
+    for (column& c : columns_) update(c);
   }
 
-  template <class Predicate>
-  void remove_if(const Predicate& predicate) {
-    std::erase_if(remaining_, predicate);
+  struct place {
+    double x, y;
+    int bins;
+  };
+
+  /// Middle of the column that fills most height bins, and how many.
+  std::optional<place> fullest() const {
+    const auto best = std::max_element(columns_.begin(), columns_.end(), [](const column& a, const column& b) {
+      return std::popcount(a.around) < std::popcount(b.around);
+    });
+    if (best == columns_.end() || best->around == 0) return std::nullopt;
+    return place{(best->x + 0.5) * cell_, (best->y + 0.5) * cell_, std::popcount(best->around)};
+  }
+
+  /// Calls `visit(member)` for the points left in columns within `distance` [m] of (x, y), in each coordinate.
+  template <class Visit>
+  void for_each_near(double x, double y, double distance, const Visit& visit) const {
+    for_each_column(x, y, distance, [&](const column& c) {
+      if (c.filled == 0) return;
+      for (std::uint32_t k = c.begin; k < c.end; ++k) visit(members_[k]);
+    });
+  }
+
+  /// Takes out the columns whose middle is such that `gone(x, y)`, within `distance` [m] of (x, y).
+  template <class Gone>
+  void remove(double x, double y, double distance, const Gone& gone) {
+    for_each_column(x, y, distance, [&](const column& c) {
+      if (gone((c.x + 0.5) * cell_, (c.y + 0.5) * cell_)) const_cast<column&>(c).filled = 0;
+    });
+    for_each_column(x, y, distance + reach * cell_, [&](const column& c) { update(const_cast<column&>(c)); });
   }
 
  private:
-  std::pair<int, int> cell_of(point_index i) const {
-    return {static_cast<int>(std::floor(points_.x[i] / cell_)),
-            static_cast<int>(std::floor(points_.y[i] / cell_))};
+  static constexpr std::int32_t reach = 2;
+  struct column {
+    std::int32_t y, x;
+    std::uint32_t begin, end = 0;
+    std::uint64_t filled = 0, around = 0;  // height bins of its own, and of those within reach
+    bool operator<(const column& o) const { return std::tie(y, x, begin) < std::tie(o.y, o.x, o.begin); }
+  };
+
+  template <class Visit>
+  void for_each_in(std::int32_t left, std::int32_t right, std::int32_t low, std::int32_t high,
+                   const Visit& visit) const {
+    for (std::int32_t row = low; row <= high; ++row) {
+      auto c = std::lower_bound(columns_.begin(), columns_.end(), column{row, left, 0});
+      for (; c != columns_.end() && c->y == row && c->x <= right; ++c) visit(*c);
+    }
+  }
+  template <class Visit>
+  void for_each_column(double x, double y, double distance, const Visit& visit) const {
+    const auto number = [&](double v) { return static_cast<std::int32_t>(std::floor(v / cell_)); };
+    for_each_in(number(x - distance), number(x + distance), number(y - distance), number(y + distance), visit);
+  }
+  void update(column& c) {
+    c.around = 0;
+    if (c.filled != 0)
+      for_each_in(c.x - reach, c.x + reach, c.y - reach, c.y + reach,
+                  [&](const column& other) { c.around |= other.filled; });
   }
 
-  const local_points& points_;
-  std::vector<point_index> remaining_;
+  std::span<const point_index> members_;
   double cell_;
-};
-
-/// What the stems of all clusters are judged by.
-struct understory_view {
-  const local_points& points;
-  std::span<const local_surface> surfaces;
-  neighbor_tree<float, 2> plan;  // of the points, by x and y
+  std::vector<column> columns_;
 };
 
 /// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it; d
 /// is the signed distance from the surface.
 template <class Visit>
-void for_each_near(const understory_view& understory, const cylinder& c, double distance,
-                   const Visit& visit) {
+void for_each_near(const cell_columns& understory, const cylinder& c, double distance, const Visit& visit) {
   constexpr double half_height = 2;  // [m] the understory layer is less than twice as high, on any slope
+  const local_points& points = understory.points();
   const double sway = half_height * c.axis.head<2>().norm() / c.axis.z();
-  const auto reach = static_cast<float>(c.radius + distance + sway);
-  understory.plan.for_each_within({float(c.point.x()), float(c.point.y())}, reach,
-                                  [&](std::uint32_t i, float) {
-                                    const double d = c.surface_distance(understory.points[i].cast<double>());
-                                    if (d < distance) visit(static_cast<point_index>(i), d);
-                                  });
+  const double widest = c.radius + distance + half_height * std::abs(c.taper);
+  understory.for_each_run_near(c.point.x(), c.point.y(), widest + sway, [&](std::uint32_t begin, std::uint32_t end) {
+    for (std::uint32_t i = begin; i < end; ++i) {
+      const double dx = points.x[i] - c.point.x(), dy = points.y[i] - c.point.y(), dz = points.z[i] - c.point.z();
+      const double along = c.axis.x() * dx + c.axis.y() * dy + c.axis.z() * dz;
+      if (std::abs(along) > 2 * half_height) continue;
+      const double squared = dx * dx + dy * dy + dz * dz - along * along;
+      if (squared > widest * widest) continue;
+      const double d = std::sqrt(std::max(squared, 0.0)) - c.radius + c.taper * along;
+      if (d < distance) visit(static_cast<point_index>(i), d);
+    }
+  });
+}
+
+inline Eigen::Vector3d position_of(const local_points& points, point_index i) {
+  return {points.x[i], points.y[i], points.z[i]};
 }
 
 /// Support and evidence of a cylinder; nothing when it does not look like a stem: an upright surface seen
 /// over some height, nothing inside it, little close around it, and its place certain.
-inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const understory_view& understory,
+inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_columns& understory,
                                                const stem_cylinder_options& options) {
-  constexpr double surroundings = 0.10;  // [m]
+  constexpr double surroundings = 0.10;      // [m]
+  constexpr std::size_t most_points = 1000;  // that the uncertainty is computed from
   const double tolerance = options.cylinder.distance_tolerance.value();
   const double rough = 1.5 * tolerance;  // bark and taper
-  stem_cylinder found{c, {}, 0, 0, 0};
-  for_each_near(understory, c, tolerance, [&](point_index i, double d) {
-    if (d > -tolerance) found.support.push_back(i);
+  const local_points& points = understory.points();
+  stem_cylinder found{c, {}, 0, 0, {}};
+  struct near_point {
+    float z, distance;
+  };
+  std::vector<near_point> near;
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, squares = 0;
+  std::uint64_t filled = 0;
+  for_each_near(understory, c, surroundings, [&](point_index i, double d) {
+    const double z = points.z[i];
+    near.push_back({float(z), float(d)});
+    if (std::abs(d) >= tolerance) return;
+    found.support.push_back(i);
+    lowest = std::min(lowest, z);
+    highest = std::max(highest, z);
+    squares += d * d;
+    filled |= height_bit(z);
   });
   if (found.support.size() < std::size_t(options.least_points)) return std::nullopt;
-  std::sort(found.support.begin(), found.support.end());
-
-  std::vector<Eigen::Vector3d> support;
-  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, squares = 0;
-  for (const point_index i : found.support) {
-    support.push_back(understory.points[i].cast<double>());
-    lowest = std::min(lowest, support.back().z());
-    highest = std::max(highest, support.back().z());
-    squares += std::pow(c.surface_distance(support.back()), 2);
-  }
-  found.rms = std::sqrt(squares / double(support.size()));
-  found.position_sigma = axis_uncertainty(c, support, std::max(found.rms, tolerance / 4));
-  std::uint64_t filled = 0;
-  for (const Eigen::Vector3d& p : support) filled |= height_bit(p.z());
   found.filled_height = std::popcount(filled) * height_bin;
   if (found.filled_height < options.least_height ||
-      found.filled_height < options.least_filled * (highest - lowest) ||
-      found.position_sigma > options.largest_sigma)
+      found.filled_height < options.least_filled * (highest - lowest))
     return std::nullopt;
 
   std::size_t inside = 0, on_surface = 0, around = 0;
-  for_each_near(understory, c, surroundings, [&](point_index i, double d) {
-    const double z = understory.points.z[i];
-    if (z >= lowest && z <= highest) ++(d < -rough ? inside : d < rough ? on_surface : around);
-  });
+  for (const near_point& p : near)
+    if (p.z >= lowest && p.z <= highest) ++(p.distance < -rough ? inside : p.distance < rough ? on_surface : around);
   const double all = double(inside + on_surface + around);
   if (double(on_surface) < options.least_share * all ||
       double(inside) > options.most_inside * double(on_surface))
     return std::nullopt;
+
+  std::sort(found.support.begin(), found.support.end());
+  std::vector<Eigen::Vector3d> support;
+  const std::size_t step = (found.support.size() + most_points - 1) / most_points;
+  for (std::size_t k = 0; k < found.support.size(); k += step)
+    support.push_back(position_of(points, found.support[k]));
+  found.rms = std::sqrt(squares / double(found.support.size()));
+  found.covariance = axis_covariance(c, support, std::max(found.rms, tolerance / 4));
+  if (axis_uncertainty(found.covariance) > options.largest_sigma) return std::nullopt;
   return found;
 }
 
-/// The stems of one cluster: again and again the fullest column is looked at, until none is high enough.
-inline std::vector<stem_cylinder> stems_of_cluster(const understory_view& understory,
+/// A line that rises with z: (x, y) = at + slope (z - z0).
+struct rising_line {
+  Eigen::Vector2d at = Eigen::Vector2d::Zero(), slope = Eigen::Vector2d::Zero();
+  double z0 = 0;
+  Eigen::Vector2d at_height(double z) const { return at + slope * (z - z0); }
+};
+
+/// Follows a column up and down: the line through the middles of its slices, each of the points near it,
+/// from an upright one at `start`. Returns it with the height bins that points near it fill.
+inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
+                                                           const Eigen::Vector2d& start, double largest_slope) {
+  constexpr double slice = 0.2, near = 0.15;  // [m]
+  constexpr int rounds = 6, slices = 32;
+  rising_line line{start, Eigen::Vector2d::Zero(), 0};
+  for (const Eigen::Vector3d& p : points) line.z0 += p.z() / double(points.size());
+  const double lowest = line.z0 - slice * slices / 2;
+  std::uint64_t filled = 0;
+  for (int round = 0; round < rounds; ++round) {
+    std::array<Eigen::Vector3d, slices> sums;
+    std::array<double, slices> counts{};
+    sums.fill(Eigen::Vector3d::Zero());
+    filled = 0;
+    for (const Eigen::Vector3d& p : points) {
+      if ((p.head<2>() - line.at_height(p.z())).squaredNorm() > near * near) continue;
+      const int s = static_cast<int>((p.z() - lowest) / slice);
+      if (s < 0 || s >= slices) continue;
+      sums[std::size_t(s)] += p;
+      ++counts[std::size_t(s)];
+      filled |= height_bit(p.z());
+    }
+    double n = 0, z = 0, zz = 0;
+    Eigen::Vector2d xy = Eigen::Vector2d::Zero(), xyz = Eigen::Vector2d::Zero();
+    for (std::size_t s = 0; s < slices; ++s) {
+      if (counts[s] == 0) continue;
+      const Eigen::Vector3d m = sums[s] / counts[s] - Eigen::Vector3d(0, 0, line.z0);
+      n += 1, z += m.z(), zz += m.z() * m.z();
+      xy += m.head<2>();
+      xyz += m.head<2>() * m.z();
+    }
+    if (n < 3) break;
+    const double spread = zz - z * z / n;
+    line.slope = (xyz - xy * z / n) / std::max(spread, 1e-6);
+    if (line.slope.norm() > largest_slope) line.slope *= largest_slope / line.slope.norm();
+    line.at = (xy - line.slope * z) / n;
+  }
+  return {line, filled};
+}
+
+/// The circle that most points lie on, seen along a line, by RANSAC: draws of three, until it is unlikely that
+/// better ones were missed; cost as in `surface_cost`. `x`, `y`: points [m] from the line.
+inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, const std::vector<float>& y,
+                                                 double tolerance, const cylinder_options& options,
+                                                 random_source& random) {
+  const auto count = static_cast<std::uint32_t>(x.size());
+  const auto cut = static_cast<float>(tolerance * tolerance), width = static_cast<float>(tolerance);
+  std::optional<Eigen::Vector3d> best;
+  float least_cost = std::numeric_limits<float>::infinity();
+  int draws = options.draws;
+  for (int draw = 0; draw < draws; ++draw) {
+    const std::uint32_t i = random.below(count), j = random.below(count), k = random.below(count);
+    if (i == j || j == k || i == k) continue;
+    const auto circle = circle_through({x[i], y[i]}, {x[j], y[j]}, {x[k], y[k]});
+    if (!circle || circle->z() < options.smallest_radius || circle->z() > options.largest_radius) continue;
+    const auto cx = float(circle->x()), cy = float(circle->y()), r = float(circle->z());
+    float cost = 0;
+    for (std::uint32_t begin = 0; begin < count && cost < least_cost; begin += 64) {
+      const std::uint32_t end = std::min(count, begin + 64);
+      for (std::uint32_t p = begin; p < end; ++p) {
+        const float d = std::sqrt((x[p] - cx) * (x[p] - cx) + (y[p] - cy) * (y[p] - cy)) - r;
+        cost += d < -width ? 2 * cut : std::min(d * d, cut);
+      }
+    }
+    if (!(cost < least_cost)) continue;
+    least_cost = cost;
+    best = circle;
+    // No more draws than it takes to draw three points on the circle almost surely.
+    const double off = std::clamp(double(cost) / (double(cut) * count), 0.05, 0.95);
+    const double success = std::pow(1 - off, 3);
+    draws = std::min(draws, draw + static_cast<int>(std::ceil(-4.6 / std::log1p(-success))));
+  }
+  return best;
+}
+
+/// The stems of one cluster: again and again the fullest column is followed, until none is high enough. With
+/// `normals`, one for each understory point, cylinders are drawn as in [GM], from points and their normals.
+inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understory,
                                                    std::span<const point_index> members,
+                                                   std::span<const Eigen::Vector3f> normals,
                                                    const stem_cylinder_options& options,
                                                    random_source& random) {
-  const local_points& points = understory.points;
-  constexpr double reach = 0.45;             // [m] in plan around a column: leaning and thick stems
-  constexpr std::size_t most_points = 1000;  // that RANSAC looks at
+  constexpr double reach = 0.45;            // [m] from the line: thick stems
+  constexpr std::size_t most_points = 500;  // that are fitted
+  constexpr double steep = 0.5;             // height that a column holds of a stem that leans, as a share
+  const local_points& points = understory.points();
+  const double tolerance = options.cylinder.distance_tolerance.value();
+  const double largest_slope = std::tan(options.cylinder.largest_lean * std::numbers::pi / 180);
+  const double sway = 1.5 * largest_slope;  // [m] half the understory layer
   std::vector<stem_cylinder> stems;
   column_raster columns(points, members, options.column_width);
-  const double stem_shell = 2 * options.cylinder.distance_tolerance.value();
-  while (columns.remaining().size() >= std::size_t(options.least_points)) {
-    const auto [middle, bins] = columns.fullest_column();
-    if (bins * height_bin < options.least_height) break;
-    const auto plan_distance = [&, middle = middle](point_index i) {
-      return std::max(std::abs(points.x[i] - middle.x()), std::abs(points.y[i] - middle.y()));
+  std::vector<point_index> nearby;
+  std::vector<Eigen::Vector3d> sample, sample_normals;
+  while (const auto column = columns.fullest()) {
+    if (column->bins * height_bin < steep * options.least_height) break;
+    nearby.clear();
+    columns.for_each_near(column->x, column->y, reach + sway, [&](point_index i) { nearby.push_back(i); });
+    const auto take = [&](const auto& wanted) {
+      std::size_t kept = 0;
+      for (const point_index i : nearby)
+        if (wanted(i)) nearby[kept++] = i;
+      nearby.resize(kept);
+      const std::size_t step = (kept + most_points - 1) / most_points;
+      sample.clear();
+      for (std::size_t k = 0; k < kept; k += step) sample.push_back(position_of(points, nearby[k]));
+      return step;
     };
-    std::vector<point_index> nearby;
-    for (const point_index i : columns.remaining())
-      if (plan_distance(i) < reach) nearby.push_back(i);
-
-    const std::size_t step = (nearby.size() + most_points - 1) / most_points;
-    std::vector<Eigen::Vector3d> sample, normals;
-    for (std::size_t k = 0; k < nearby.size(); k += step) {
-      sample.push_back(points[nearby[k]].cast<double>());
-      normals.push_back(understory.surfaces[nearby[k]].normal.cast<double>());
-    }
+    take([](point_index) { return true; });
+    const auto [line, filled] = follow_column(sample, {column->x, column->y}, largest_slope);
     std::optional<stem_cylinder> stem;
-    if (const auto fit = fit_cylinder(sample, normals, options.cylinder, random))
-      stem = judge_stem(*fit, understory, options);
+    if (std::popcount(filled) * height_bin >= options.least_height) {
+      const std::size_t step = take([&, l = line](point_index i) {
+        const Eigen::Vector2d at = l.at_height(points.z[i]);
+        return std::hypot(points.x[i] - at.x(), points.y[i] - at.y()) < reach;
+      });
+      std::optional<cylinder> fit;
+      if (normals.empty()) {
+        std::vector<float> x, y;
+        for (const Eigen::Vector3d& p : sample) {
+          const Eigen::Vector2d from_line = p.head<2>() - line.at_height(p.z());
+          x.push_back(float(from_line.x()));
+          y.push_back(float(from_line.y()));
+        }
+        const double blurred = tolerance + 0.01;  // [m] the line is not quite the axis
+        if (sample.size() >= 6)
+          if (const auto circle = fit_circle(x, y, blurred, options.cylinder, random)) {
+            const Eigen::Vector2d at = line.at + circle->head<2>();
+            const cylinder seen{{at.x(), at.y(), line.z0},
+                                Eigen::Vector3d(line.slope.x(), line.slope.y(), 1).normalized(),
+                                circle->z(),
+                                0};
+            fit = refine_cylinder(seen, sample, tolerance, options.cylinder, 2 * blurred);
+          }
+      } else {
+        sample_normals.clear();
+        for (std::size_t k = 0; k < nearby.size(); k += step)
+          sample_normals.push_back(normals[nearby[k]].cast<double>());
+        fit = fit_cylinder(sample, sample_normals, options.cylinder, random);
+      }
+      if (fit) stem = judge_stem(*fit, understory, options);
+    }
     if (stem) {
-      columns.remove_if([&](point_index i) {
-        return stem->cylinder.surface_distance(points[i].cast<double>()) < stem_shell;
+      const cylinder& c = stem->cylinder;
+      const Eigen::Vector2d lean = c.axis.head<2>() / c.axis.z();
+      columns.remove(column->x, column->y, reach + sway + c.radius, [&](double x, double y) {
+        // near the axis at some height that the stem was seen at
+        const Eigen::Vector2d from_middle(x - c.point.x(), y - c.point.y());
+        const double share = std::clamp(from_middle.dot(lean) / std::max(lean.squaredNorm(), 1e-9), -1.5, 1.5);
+        return (from_middle - share * lean).norm() < c.radius + 0.05;
       });
       stems.push_back(std::move(*stem));
-    } else {
-      columns.remove_if([&](point_index i) { return plan_distance(i) < options.column_width / 2; });
     }
+    columns.remove(column->x, column->y, options.column_width / 2, [](double, double) { return true; });
   }
   return stems;
 }
 
 /// Scatter [m] of the points about their cylinder, robust against what does not belong to it: 1.48 times the
 /// median distance of those within `band` [m] of the surface.
-inline double scatter_about(const cylinder& c, const understory_view& understory, double band) {
+inline double scatter_about(const cylinder& c, const cell_columns& understory, double band) {
   std::vector<double> distances;
   for_each_near(understory, c, band, [&](point_index, double d) {
     if (d > -band) distances.push_back(std::abs(d));
@@ -246,8 +422,9 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
 /// over them; the default where there are none.
-inline double tolerance_from_scatter(const understory_view& understory, const point_clusters& clusters,
-                                     stem_cylinder_options options, const execution& how) {
+inline double tolerance_from_scatter(const cell_columns& understory, const point_clusters& clusters,
+                                     std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
+                                     const execution& how) {
   constexpr std::size_t largest = 30;          // clusters looked at
   constexpr double least = 0.01, most = 0.04;  // [m]
   constexpr double band = 2 * most;
@@ -262,7 +439,7 @@ inline double tolerance_from_scatter(const understory_view& understory, const po
       how, "scatter", order.size(),
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
-        for (const stem_cylinder& stem : stems_of_cluster(understory, clusters[order[k]], options, random))
+        for (const stem_cylinder& stem : stems_of_cluster(understory, clusters[order[k]], normals, options, random))
           of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
       },
       1);
@@ -279,27 +456,25 @@ inline double tolerance_from_scatter(const understory_view& understory, const po
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Cylinders that look like stems, in the order of the clusters. `surfaces` holds the surface around each
-/// point of the thinned understory; the clusters' members are positions in it. The tolerance used stands in
-/// the result.
-inline stem_cylinders find_stem_cylinders(const local_points& understory,
-                                          std::span<const local_surface> surfaces,
-                                          const point_clusters& clusters, stem_cylinder_options options = {},
-                                          const execution& how = {}) {
+/// Cylinders that look like stems, in the order of the clusters, whose members are positions in the
+/// understory points. `normals`: empty, or unit normals of all understory points, of any sign; cylinders are
+/// then drawn from points and normals, as in [GM], instead of circles seen along a column. The tolerance used
+/// stands in the result.
+inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const point_clusters& clusters,
+                                          std::span<const Eigen::Vector3f> normals = {},
+                                          stem_cylinder_options options = {}, const execution& how = {}) {
   require_valid(options);
-  if (surfaces.size() != understory.size())
-    throw std::invalid_argument("surfaces must hold one surface for each understory point");
-  const detail::understory_view view{
-      understory, surfaces,
-      neighbor_tree<float, 2>(understory.size(), [&](std::size_t i) { return understory[i]; })};
+  if (!normals.empty() && normals.size() != understory.points().size())
+    throw std::invalid_argument("normals must hold one vector for each understory point");
   if (!options.cylinder.distance_tolerance)
-    options.cylinder.distance_tolerance = detail::tolerance_from_scatter(view, clusters, options, how);
+    options.cylinder.distance_tolerance =
+        detail::tolerance_from_scatter(understory, clusters, normals, options, how);
   std::vector<std::vector<stem_cylinder>> of_cluster(clusters.size());
   parallel_for(
       how, "cylinders", clusters.size(),
       [&](std::size_t c) {
         random_source random(options.cylinder.seed, c + 1);
-        of_cluster[c] = detail::stems_of_cluster(view, clusters[c], options, random);
+        of_cluster[c] = detail::stems_of_cluster(understory, clusters[c], normals, options, random);
       },
       1);
   stem_cylinders result{{}, *options.cylinder.distance_tolerance};

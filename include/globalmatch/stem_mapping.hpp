@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/cell_columns.hpp"
 #include "globalmatch/clusters.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/funnel.hpp"
@@ -25,10 +26,17 @@
 
 namespace globalmatch {
 
+/// What stem points are told by.
+enum class stem_point_rule {
+  cells,   ///< the surfaces through cells of 5 cm: a cost for each cell (ours)
+  points,  ///< the surfaces through points, one for each voxel: a cost for each point ([GM] 3.1)
+};
+
 struct mapping_options {
   ground_options ground = {};
   understory_options understory = {};
-  double voxel_size = 0.01;  ///< [m] ([GM] 3.1: 0.01)
+  stem_point_rule rule = stem_point_rule::cells;
+  double voxel_size = 0.01;  ///< [m] with `stem_point_rule::points` ([GM] 3.1: 0.01)
   globalmatch::verticality_options verticality = {};
   /// [m] stem points nearer than this are of one cluster ([GM] gives no value). Empty: three times the
   /// spacing of points at hand, at least 0.05.
@@ -100,10 +108,15 @@ inline void require_valid(const mapping_options& options) {
 
 namespace detail {
 
-inline double spacing_quantile(const std::vector<local_surface>& surfaces, double share) {
-  if (surfaces.empty()) return 0;
+constexpr double cell_width = 0.05;  // [m] of the understory's cells: 27 of them are nearly [GM]'s ball of 10 cm
+
+/// Quantile of the spacings of surfaces; reorders them.
+template <class Surface>
+double spacing_quantile(const std::vector<Surface>& surfaces, double share) {
   std::vector<float> spacings;
-  for (const local_surface& s : surfaces) spacings.push_back(s.spacing);
+  for (const Surface& s : surfaces)
+    if (s.spacing > 0) spacings.push_back(s.spacing);
+  if (spacings.empty()) return 0;
   const auto at = spacings.begin() + std::ptrdiff_t(share * double(spacings.size() - 1));
   std::nth_element(spacings.begin(), at, spacings.end());
   return *at;
@@ -124,6 +137,51 @@ inline point_clusters cluster_stem_points(const local_points& understory,
   for (point_index& i : clusters.members) i = vertical[i];
   return clusters;
 }
+
+/// The understory in cells, and the clusters of what is vertical in it.
+struct stem_points {
+  cell_columns understory;
+  point_clusters clusters;
+  std::vector<Eigen::Vector3f> normals;  // with `stem_point_rule::points`
+};
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Stem points by the surfaces through cells.
+inline stem_points stem_points_by_cells(local_points understory, const mapping_options& options, stem_map& map,
+                                        const execution& how) {
+  stem_points found{sort_into_cells(std::move(understory), cell_width, how), {}, {}};
+  const auto surfaces = estimate_surfaces(found.understory, options.verticality, how);
+  found.clusters = cluster_cells(found.understory, surfaces, options.verticality,
+                                 std::size_t(options.stems.least_points), how);
+  map.funnel.thinned = surfaces.size();
+  map.funnel.stem_points =
+      std::size_t(std::count_if(surfaces.begin(), surfaces.end(), [&](const cell_surface& s) {
+        return is_stem_cell(s, options.verticality);
+      }));
+  map.spacing_near = spacing_quantile(surfaces, 0.1);
+  map.spacing_far = spacing_quantile(surfaces, 0.9);
+  return found;
+}
+
+/// Stem points as in [GM]: one point a voxel, a normal for each.
+inline stem_points stem_points_by_points(const local_points& understory, const mapping_options& options,
+                                         stem_map& map, const execution& how) {
+  local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, how));
+  stem_points found{sort_into_cells(std::move(thinned), cell_width, how), {}, {}};
+  const local_points& points = found.understory.points();
+  const auto surfaces = estimate_surfaces(points, options.verticality, how);
+  const auto vertical = select_stem_points(surfaces, options.verticality);
+  found.clusters = cluster_stem_points(points, surfaces, vertical, options, how);
+  for (const local_surface& s : surfaces) found.normals.push_back(s.normal);
+  map.funnel.thinned = points.size();
+  map.funnel.stem_points = vertical.size();
+  map.spacing_near = spacing_quantile(surfaces, 0.1);
+  map.spacing_far = spacing_quantile(surfaces, 0.9);
+  return found;
+}
+
+}  // namespace GLOBALMATCH_THREADING
 
 /// Points for a fine registration: on the ground and on the stems, frame of the scan.
 inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
@@ -156,24 +214,21 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   map.funnel.ground = ground.funnel;
   map.terrain = std::move(ground.terrain);
 
-  // Understory layer, one point a voxel
-  local_points understory = select_understory(scan, map.terrain, options.understory, how);
-  map.funnel.understory = understory.size();
-  understory = select(understory, thin_by_voxels(understory, options.voxel_size, how));
-  map.funnel.thinned = understory.size();
+  // Understory layer
+  local_points layer = select_understory(scan, map.terrain, options.understory, how);
+  map.funnel.understory = layer.size();
 
-  // Stem points, by verticality
-  const auto surfaces = estimate_surfaces(understory, options.verticality, how);
-  const auto vertical = select_stem_points(surfaces, options.verticality);
-  map.spacing_near = spacing_quantile(surfaces, 0.1);
-  map.spacing_far = spacing_quantile(surfaces, 0.9);
-  map.funnel.stem_points = vertical.size();
+  // Stem points, by verticality, in clusters
+  const stem_points vertical = options.rule == stem_point_rule::cells
+                                   ? stem_points_by_cells(std::move(layer), options, map, how)
+                                   : stem_points_by_points(layer, options, map, how);
+  const local_points& understory = vertical.understory.points();
+  map.funnel.clusters = vertical.clusters.size();
 
-  // Individual stems: clusters, cylinders
-  const auto clusters = cluster_stem_points(understory, surfaces, vertical, options, how);
-  const auto found = find_stem_cylinders(understory, surfaces, clusters, options.stems, how);
+  // Individual stems: cylinders
+  const auto found =
+      find_stem_cylinders(vertical.understory, vertical.clusters, vertical.normals, options.stems, how);
   map.distance_tolerance = found.distance_tolerance;
-  map.funnel.clusters = clusters.size();
   map.funnel.cylinders = found.stems.size();
 
   // Stem positions: where the axes meet the terrain

@@ -107,7 +107,7 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
     s.position = ground.frame.to_scan(*position);
     s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
     s.radius = found.cylinder.radius;
-    s.position_sigma = found.position_sigma;
+    s.position_sigma = axis_uncertainty(found.covariance, found.cylinder.axis.dot(*position - found.cylinder.point));
     s.ground_seen = ground.knows(position->x(), position->y());
     for (const point_index i : found.support) s.support.push_back(points.index[i]);
     std::sort(s.support.begin(), s.support.end());

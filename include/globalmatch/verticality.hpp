@@ -25,7 +25,9 @@ namespace globalmatch {
 
 struct verticality_options {
   bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
-  double threshold = 0.9;  ///< gamma: stem points have a higher verticality ([GM] 3.1: 0.9)
+  /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells, which
+  /// lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
+  std::optional<double> threshold = {};
   /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
   /// holds `least_neighbors`, else as much more as it takes to hold them, up to `largest_radius`.
   std::optional<double> radius = {};
@@ -35,7 +37,7 @@ struct verticality_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const verticality_options& options) {
-  if (!(options.threshold >= 0 && options.threshold < 1))
+  if (options.threshold && !(*options.threshold >= 0 && *options.threshold < 1))
     throw std::invalid_argument("verticality.threshold must lie in [0, 1)");
   if (options.radius && !(*options.radius > 0))
     throw std::invalid_argument("verticality.radius must be positive");
@@ -109,8 +111,15 @@ inline std::vector<local_surface> estimate_surfaces(const local_points& points,
 /// The surface through a cell.
 struct cell_surface {
   float verticality = 0;   ///< [GM] Eq. (1); 0 where there are too few points
+  float spacing = 0;       ///< [m] distance of points on it: that of a square grid of equal density
   std::uint8_t reach = 0;  ///< cells around it whose points it took: 1 in dense places, up to 3
 };
+
+/// Whether a cell may be of a stem.
+inline bool is_stem_cell(const cell_surface& s, const verticality_options& options) {
+  constexpr double generous = 0.5;
+  return s.reach > 0 && (!options.constraint || s.verticality > options.threshold.value_or(generous));
+}
 
 namespace detail {
 
@@ -204,7 +213,9 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
               sum += of_cell[other];
           }
           if (sum.n >= options.least_neighbors || (reach == widest && sum.n >= 4))
-            surfaces[c] = {static_cast<float>(sum.verticality()), static_cast<std::uint8_t>(reach)};
+            surfaces[c] = {static_cast<float>(sum.verticality()),
+                           static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
+                           static_cast<std::uint8_t>(reach)};
           else
             all_known = false;
         }
@@ -221,10 +232,12 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
 inline std::vector<point_index> select_stem_points(const std::vector<local_surface>& surfaces,
                                                    const verticality_options& options = {}) {
   require_valid(options);
+  constexpr double paper_threshold = 0.9;
+  const double threshold = options.threshold.value_or(paper_threshold);
   std::vector<point_index> chosen;
   for (std::size_t i = 0; i < surfaces.size(); ++i) {
     const bool has_normal = !surfaces[i].normal.isZero();
-    if (has_normal && (!options.constraint || surfaces[i].verticality() > options.threshold))
+    if (has_normal && (!options.constraint || surfaces[i].verticality() > threshold))
       chosen.push_back(static_cast<point_index>(i));
   }
   return chosen;
