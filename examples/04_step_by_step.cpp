@@ -15,18 +15,15 @@ std::vector<stem> map_by_steps(const std::vector<Eigen::Vector3d>& scan) {
   local_points understory = select_understory(scan, ground.terrain);
   std::cout << scan.size() << " points, " << understory.size() << " in the understory";
 
-  understory = select(understory, thin_by_voxels(understory, 0.01));
-  const std::vector<local_surface> surfaces = estimate_surfaces(understory);
-  const std::vector<point_index> vertical = select_stem_points(surfaces);
-  std::cout << ", " << vertical.size() << " on vertical surfaces";
+  const cell_columns cells = sort_into_cells(std::move(understory), 0.05);  // [m]
+  const std::vector<cell_surface> surfaces = estimate_surfaces(cells);
+  const point_clusters clusters = cluster_cells(cells, surfaces, {}, 15);
+  std::cout << " in " << cells.cells() << " cells, " << clusters.members.size() << " on vertical surfaces";
 
-  const std::vector<float> links(vertical.size(), 0.15f);  // [m]; map_stems derives them from the spacing
-  point_clusters clusters = cluster_points(select(understory, vertical), links, 15);
-  for (point_index& i : clusters.members) i = vertical[i];
-  const stem_cylinders cylinders = find_stem_cylinders(understory, surfaces, clusters);
-  const auto stems = merge_fragments(cylinders, understory, ground.terrain, {});
+  const stem_cylinders cylinders = find_stem_cylinders(cells, clusters);
+  const auto stems = merge_fragments(cylinders, cells.points(), ground.terrain, {});
   std::cout << ", " << clusters.size() << " clusters, " << stems.size() << " stems\n";
-  return locate_stems(stems, understory, ground.terrain);
+  return locate_stems(stems, cells.points(), ground.terrain);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "globalmatch/clusters.hpp"
 
+#include <map>
+
 #include "catch.hpp"
 #include "containers.hpp"
 #include "forest_scenes.hpp"
@@ -48,6 +50,41 @@ TEST_CASE("clusters with a link distance of each point equal brute-force union-f
       links.push_back(float(scenes::in_range(random, 0.1, i % 10 == 0 ? 3 : 0.8)));
     const groups expected = oracles::union_find_clusters(points, links, 2);
     CHECK((groups_of(cluster_points(scenes::as_local(points), links, 2)) == expected));
+  }
+}
+
+TEST_CASE("clusters of cells equal brute-force union-find over cells") {
+  random_source random(22);
+  for (int repetition = 0; repetition < 10; ++repetition) {
+    const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 600, 1)), 0.05);
+    std::vector<cell_surface> surfaces;
+    for (std::size_t i = 0; i < cells.cells(); ++i)
+      surfaces.push_back({float(scenes::in_range(random, 0.2, 1)), 0.02f, std::uint8_t(random.below(3))});
+    struct place {
+      int x, y, z;
+    };
+    std::vector<place> places(cells.cells());
+    for (std::size_t column = 0; column < cells.columns(); ++column)
+      for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
+        places[c] = {cells.column_at(column).x, cells.column_at(column).y, cells[c].height};
+    detail::disjoint_sets sets(cells.cells());
+    for (point_index a = 0; a < cells.cells(); ++a)
+      for (point_index b = 0; b < a; ++b) {
+        const int away = std::max({std::abs(places[a].x - places[b].x), std::abs(places[a].y - places[b].y),
+                                   std::abs(places[a].z - places[b].z)});
+        if (is_stem_cell(surfaces[a], {}) && is_stem_cell(surfaces[b], {}) &&
+            away <= std::max(surfaces[a].reach, surfaces[b].reach))
+          sets.join(a, b);
+      }
+    std::map<point_index, std::vector<point_index>> expected;
+    for (point_index c = 0; c < cells.cells(); ++c)
+      if (is_stem_cell(surfaces[c], {}))
+        for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
+          expected[sets.find(c)].push_back(p);
+    groups kept;
+    for (auto& [representative, members] : expected)
+      if (members.size() >= 3) kept.push_back(members);
+    CHECK((groups_of(cluster_cells(cells, surfaces, {}, 3)) == kept));
   }
 }
 

@@ -221,12 +221,14 @@ TEST_CASE("the uncertainty of an axis grows as less of the round is seen, and wi
   const cylinder truth = upright(0, 0, 0, 0.15);
   double last = 0;
   for (const double arc : {2 * half_round, half_round, half_round / 2, half_round / 6}) {
-    const double sigma = axis_uncertainty(truth, on_surface(random, truth, 300, {.arc = arc}).points, 0.003);
+    const double sigma =
+        axis_uncertainty(axis_covariance(truth, on_surface(random, truth, 300, {.arc = arc}).points, 0.003));
     CHECK(sigma > last);
     last = sigma;
   }
   const std::vector<Vector3d> points = on_surface(random, truth, 300, {.arc = half_round}).points;
-  CHECK(axis_uncertainty(truth, points, 0.006) == Approx(2 * axis_uncertainty(truth, points, 0.003)));
+  CHECK(axis_uncertainty(axis_covariance(truth, points, 0.006)) ==
+        Approx(2 * axis_uncertainty(axis_covariance(truth, points, 0.003))));
 }
 
 TEST_CASE("the uncertainty of an axis is the scatter of its fits") {
@@ -244,7 +246,7 @@ TEST_CASE("the uncertainty of an axis is the scatter of its fits") {
     const Eigen::Vector2d error =
         (found->at_height(found->point.z()) - truth.at_height(found->point.z())).head<2>();
     covariance += error * error.transpose() / repetitions;
-    predicted += axis_uncertainty(*found, points, noise) / repetitions;
+    predicted += axis_uncertainty(axis_covariance(*found, points, noise)) / repetitions;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
   CHECK(std::sqrt(solver.eigenvalues().maxCoeff()) == Approx(predicted).epsilon(0.25));

@@ -63,6 +63,8 @@ TEST_CASE("paper_options holds the values of the paper") {
   const registration_options options = paper_options();
   CHECK(options.mapping.understory.lowest == 0.2);
   CHECK(options.mapping.understory.highest == 3.0);
+  CHECK(options.mapping.ground.filter == ground_filter::cloth);
+  CHECK(options.mapping.rule == stem_point_rule::points);
   CHECK(options.mapping.voxel_size == 0.01);
   CHECK(options.mapping.verticality.radius == 0.10);
   CHECK(options.mapping.verticality.threshold == 0.9);

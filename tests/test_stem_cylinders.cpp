@@ -14,20 +14,23 @@ using support::message_of;
 
 namespace {
 
-/// Points with their surfaces, all in one cluster.
+/// Points in cells, all in one cluster.
 struct one_cluster {
-  local_points points;
-  std::vector<local_surface> surfaces;
+  cell_columns cells;
   point_clusters clusters;
 
-  explicit one_cluster(const cloud& scan)
-      : points(scenes::as_local(scan)), surfaces(estimate_surfaces(points)) {
-    for (point_index i = 0; i < points.size(); ++i) clusters.members.push_back(i);
-    clusters.first.push_back(points.size());
+  explicit one_cluster(const cloud& scan) : cells(sort_into_cells(scenes::as_local(scan), 0.05)) {
+    for (point_index i = 0; i < cells.points().size(); ++i) clusters.members.push_back(i);
+    clusters.first.push_back(cells.points().size());
   }
 
   stem_cylinders find(const stem_cylinder_options& options = {}, const execution& how = {}) const {
-    return find_stem_cylinders(points, surfaces, clusters, options, how);
+    return find_stem_cylinders(cells, clusters, {}, options, how);
+  }
+  stem_cylinders find_by_normals(const stem_cylinder_options& options = {}) const {
+    std::vector<Eigen::Vector3f> normals;
+    for (const local_surface& s : estimate_surfaces(cells.points())) normals.push_back(s.normal);
+    return find_stem_cylinders(cells, clusters, normals, options);
   }
 };
 
@@ -53,7 +56,7 @@ bool same_bits(const stem_cylinders& a, const stem_cylinders& b) {
                     [](const stem_cylinder& s, const stem_cylinder& t) {
                       return s.cylinder.point == t.cylinder.point && s.cylinder.axis == t.cylinder.axis &&
                              s.cylinder.radius == t.cylinder.radius && s.support == t.support &&
-                             s.rms == t.rms && s.position_sigma == t.position_sigma;
+                             s.rms == t.rms && s.covariance == t.covariance;
                     });
 }
 
@@ -65,16 +68,17 @@ TEST_CASE("one stem in a cluster is found to 2 mm, with its evidence") {
        {upright(0, 0, 0, 0.08), upright(4, 5, 0, 0.25), leaning(-3, 2, 0, 0.15, 15, 130)}) {
     CAPTURE(truth.radius);
     const one_cluster scene(scenes::stem_points(random, truth, 1500, half_round(0.003)));
-    const stem_cylinders found = scene.find();
-    REQUIRE(found.stems.size() == 1);
-    const stem_cylinder& stem = found.stems[0];
-    CHECK(plan_error(truth, stem.cylinder) < 0.002);
-    CHECK(stem.cylinder.radius == Approx(truth.radius).margin(0.002));
-    CHECK(stem.support.size() > 1450);
-    CHECK(std::is_sorted(stem.support.begin(), stem.support.end()));
-    CHECK(stem.filled_height == Approx(3).margin(0.15));
-    CHECK(stem.rms == Approx(0.003).epsilon(0.2));
-    CHECK(stem.position_sigma < 0.002);
+    for (const stem_cylinders& found : {scene.find(), scene.find_by_normals()}) {
+      REQUIRE(found.stems.size() == 1);
+      const stem_cylinder& stem = found.stems[0];
+      CHECK(plan_error(truth, stem.cylinder) < 0.002);
+      CHECK(stem.cylinder.radius == Approx(truth.radius).margin(0.002));
+      CHECK(stem.support.size() > 1450);
+      CHECK(std::is_sorted(stem.support.begin(), stem.support.end()));
+      CHECK(stem.filled_height == Approx(3).margin(0.15));
+      CHECK(stem.rms == Approx(0.003).epsilon(0.2));
+      CHECK(axis_uncertainty(stem.covariance) < 0.002);
+    }
   }
 }
 
@@ -184,13 +188,11 @@ TEST_CASE("stems have the same bits for 1, 2 and 8 threads, and for the same see
   for (int i = 0; i < 12; ++i) {
     const cylinder c = leaning(2 * i, 0, 0, 0.05 + 0.02 * i, i, 30 * i);
     scenes::append(scan, scenes::stem_points(random, c, 400, half_round(0.003)));
-    clusters.first.push_back(scan.size());
   }
-  const local_points points = scenes::as_local(scan);
-  for (point_index i = 0; i < points.size(); ++i) clusters.members.push_back(i);
-  const auto surfaces = estimate_surfaces(points);
+  const cell_columns cells = sort_into_cells(scenes::as_local(scan), 0.05);
+  clusters = cluster_cells(cells, estimate_surfaces(cells), {}, 15);
   const auto find = [&](int threads) {
-    return find_stem_cylinders(points, surfaces, clusters, {}, {.threads = threads});
+    return find_stem_cylinders(cells, clusters, {}, {}, {.threads = threads});
   };
   const stem_cylinders alone = find(1);
   CHECK(alone.stems.size() == 12);
@@ -202,7 +204,7 @@ TEST_CASE("degenerate clusters hold no stems") {
   for (int i = 0; i < 300; ++i) pole.push_back({1, 2, 0.01f * float(i)});
   for (const cloud& scan : {cloud{}, cloud{{1, 2, 3}}, cloud(100, Eigen::Vector3f(1, 2, 3)), pole})
     CHECK(one_cluster(scan).find().stems.empty());
-  CHECK(find_stem_cylinders({}, {}, {}).stems.empty());
+  CHECK(find_stem_cylinders({}, {}).stems.empty());
 }
 
 TEST_CASE("bad stem options are refused by name") {
@@ -228,13 +230,12 @@ TEST_CASE("bad stem options are refused by name") {
   CHECK(message([](auto& o) { o.least_points = 5; }).starts_with("stems.least_points"));
 }
 
-TEST_CASE("surfaces that are not one for each point are refused") {
+TEST_CASE("normals that are not one for each point are refused") {
   random_source random(9);
   const one_cluster scene(scenes::stem_points(random, upright(0, 0, 0, 0.1), 100, {}));
-  const std::vector<local_surface> too_few(99);
-  CHECK(message_of([&] {
-          find_stem_cylinders(scene.points, too_few, scene.clusters);
-        }).starts_with("surfaces"));
+  const std::vector<Eigen::Vector3f> too_few(99);
+  CHECK(
+      message_of([&] { find_stem_cylinders(scene.cells, scene.clusters, too_few); }).starts_with("normals"));
 }
 
 TEST_CASE("finding stems reports its stage and can be cancelled") {

@@ -163,14 +163,14 @@ TEST_CASE("stems are in the frame of the scan, ordered by position, with the ind
     const cylinder stem = upright(x, y, 1.5, 0.01 * x);
     parts.add(random, stem, stem, 20, {});
   }
-  parts.found.stems[0].position_sigma = 0.004;
+  parts.found.stems[0].covariance = Eigen::Vector4d(0.004 * 0.004, 0, 0, 0).asDiagonal();
   const auto stems = locate_stems(parts.found.stems, parts.points, ground);
   REQUIRE(stems.size() == 3);
   CHECK(stems[0].position == Vector3d(500005, 5300002, 1000));
   CHECK(stems[1].position == Vector3d(500005, 5300009, 1000));
   CHECK(stems[2].position == Vector3d(500015, 5300003, 1000));
   CHECK(stems[2].radius == Approx(0.15));
-  CHECK(stems[2].position_sigma == 0.004);
+  CHECK(stems[2].position_sigma == Approx(0.004));
   CHECK(stems[2].support.front() == 1000);
   CHECK(stems[2].support.size() == 20);
   CHECK(stems[0].support.front() == 1040);

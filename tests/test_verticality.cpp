@@ -192,12 +192,72 @@ TEST_CASE("estimating surfaces reports its stage and can be cancelled") {
   CHECK_THROWS_AS(estimate_surfaces(points, {}, how), operation_cancelled);
 }
 
+TEST_CASE("cells have the verticality of the points in the 27 cells around, by principal components") {
+  random_source random(21);
+  const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 4000, 1)), 0.05);
+  const auto surfaces = estimate_surfaces(cells);
+  REQUIRE(surfaces.size() == cells.cells());
+  const local_points& points = cells.points();
+  std::size_t dense = 0;
+  for (std::size_t column = 0; column < cells.columns(); ++column)
+    for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
+      if (surfaces[c].reach != 1) continue;
+      ++dense;
+      const auto cell_of = [](float v) { return std::floor(double(v) / 0.05); };
+      const std::size_t first = cells.points_begin(c);
+      std::vector<Vector3d> around;
+      for (std::size_t i = 0; i < points.size(); ++i)
+        if (std::abs(cell_of(points.x[i]) - cell_of(points.x[first])) <= 1 &&
+            std::abs(cell_of(points.y[i]) - cell_of(points.y[first])) <= 1 &&
+            std::abs(cell_of(points.z[i]) - cell_of(points.z[first])) <= 1)
+          around.push_back(points[i].cast<double>());
+      Vector3d mean = Vector3d::Zero();
+      for (const Vector3d& p : around) mean += p / double(around.size());
+      Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+      for (const Vector3d& p : around)
+        covariance += (p - mean) * (p - mean).transpose() / double(around.size());
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(covariance);
+      if (solver.eigenvalues()(1) < 1.1 * solver.eigenvalues()(0)) continue;  // the normal is undetermined
+      const double expected = 1 - std::abs(solver.eigenvectors()(2, 0));
+      CHECK(surfaces[c].verticality == Approx(expected).margin(1e-4));
+      CHECK(surfaces[c].spacing == Approx(0.15 / std::sqrt(double(around.size()))));
+    }
+  CHECK(dense > 100);
+}
+
+TEST_CASE("cells of sparse points look further, up to three cells, and lone points have no surface") {
+  const auto reach_at = [](float spacing) {
+    scenes::cloud wall;
+    for (int i = 0; i < 30; ++i)
+      for (int j = 0; j < 30; ++j) wall.push_back({spacing * float(i), 0.01f, spacing * float(j)});
+    const cell_columns cells = sort_into_cells(scenes::as_local(wall), 0.05);
+    const auto surfaces = estimate_surfaces(cells);
+    CHECK(std::all_of(surfaces.begin(), surfaces.end(),
+                      [](const cell_surface& s) { return s.reach == 0 || s.verticality > 0.999f; }));
+    return surfaces[surfaces.size() / 2].reach;
+  };
+  CHECK(reach_at(0.02f) == 1);
+  CHECK(reach_at(0.07f) == 2);
+  CHECK(reach_at(0.10f) == 3);
+  CHECK(reach_at(0.50f) == 0);
+}
+
+TEST_CASE("stem cells lean by thirty degrees at most, unless the options say otherwise") {
+  const cell_surface leaning{0.6f, 0.02f, 1}, steep{0.4f, 0.02f, 1}, unknown{1, 0, 0};
+  CHECK(is_stem_cell(leaning, {}));
+  CHECK_FALSE(is_stem_cell(steep, {}));
+  CHECK_FALSE(is_stem_cell(unknown, {}));
+  CHECK_FALSE(is_stem_cell(leaning, with_threshold(0.9)));
+  CHECK(is_stem_cell(steep, without_constraint()));
+  CHECK_FALSE(is_stem_cell(unknown, without_constraint()));
+}
+
 TEST_CASE("bad verticality options are refused by name") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const auto message = [](const auto& spoil) {
     verticality_options options;
     spoil(options);
-    return message_of([&] { estimate_surfaces({}, options); });
+    return message_of([&] { estimate_surfaces(local_points{}, options); });
   };
   CHECK(message([](verticality_options&) {}).empty());
   for (const double bad : {-0.1, 1.0, nan}) {

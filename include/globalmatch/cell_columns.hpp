@@ -1,5 +1,6 @@
 // Points sorted into cubic cells, cells into columns, columns into rows: what stands near each other lies
-// near each other in memory, and neighbours are found without a tree. In: local points. Out: the same, sorted.
+// near each other in memory, and neighbours are found without a tree. In: local points. Out: the same,
+// sorted.
 #pragma once
 
 #include <Eigen/Core>
@@ -69,7 +70,9 @@ class cell_columns {
   /// in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
-    const auto clamped = [](double v) { return static_cast<std::int32_t>(std::clamp(v, -1.0, double(most))); };
+    const auto clamped = [](double v) {
+      return static_cast<std::int32_t>(std::clamp(v, -1.0, double(most)));
+    };
     const auto number = [&](double v, double lowest) { return clamped(std::floor(v / width_) - lowest); };
     const std::int32_t left = number(x - reach, lowest_[0]), right = number(x + reach, lowest_[0]);
     const std::int32_t top = std::min(number(y + reach, lowest_[1]), static_cast<std::int32_t>(rows()) - 1);
@@ -84,12 +87,12 @@ class cell_columns {
 
   friend class cell_sorter;
 
-  double width_ = 1;                    // [m]
-  std::array<double, 3> lowest_ = {};   // numbers of the lowest cells, from the origin
+  double width_ = 1;                   // [m]
+  std::array<double, 3> lowest_ = {};  // numbers of the lowest cells, from the origin
   local_points points_;
-  std::vector<cell> cells_;             // one more than there are
-  std::vector<column> columns_;         // one more than there are
-  std::vector<std::size_t> rows_;       // first column of each; one more than there are
+  std::vector<cell> cells_;        // one more than there are
+  std::vector<column> columns_;    // one more than there are
+  std::vector<std::size_t> rows_;  // first column of each; one more than there are
 };
 
 /// Fills `cell_columns`.
@@ -171,7 +174,8 @@ inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& h
   parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) row_of[i] = number(points.y[i], 1);
   });
-  const std::size_t rows = std::size_t(row_of.empty() ? 0 : *std::max_element(row_of.begin(), row_of.end()) + 1);
+  const std::size_t rows =
+      std::size_t(row_of.empty() ? 0 : *std::max_element(row_of.begin(), row_of.end()) + 1);
   const std::size_t chunks = (points.size() + chunk - 1) / chunk;
   std::vector<std::uint32_t> place(chunks * rows, 0), first(rows + 1, 0);
   parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
@@ -200,14 +204,14 @@ inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& h
 }
 
 /// Sorts the points of a row by column and height. Cells and columns are numbered from the row's first.
-inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row) {
+inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::uint32_t end,
+                                                    std::int32_t row) {
   constexpr unsigned height_bits = 21;
   local_points& points = result_.points_;
   std::vector<entry> entries(end - begin), spare;
   for (std::uint32_t i = begin; i < end; ++i)
-    entries[i - begin] = {std::uint64_t(number(points.x[i], 0)) << height_bits |
-                              std::uint64_t(number(points.z[i], 2)),
-                          i};
+    entries[i - begin] = {
+        std::uint64_t(number(points.x[i], 0)) << height_bits | std::uint64_t(number(points.z[i], 2)), i};
   detail::radix_sort(entries, spare);
   local_points moved;
   moved.resize(entries.size());
@@ -237,9 +241,12 @@ inline cell_columns cell_sorter::sorted(const execution& how) {
   const std::vector<std::uint32_t> first = sort_into_rows(how);
   const std::size_t rows = first.size() - 1;
   std::vector<row_cells> of_row(rows);
-  parallel_for(how, "cells", rows, [&](std::size_t row) {
-    of_row[row] = sort_row(first[row], first[row + 1], static_cast<std::int32_t>(row));
-  }, 8);
+  parallel_for(
+      how, "cells", rows,
+      [&](std::size_t row) {
+        of_row[row] = sort_row(first[row], first[row + 1], static_cast<std::int32_t>(row));
+      },
+      8);
 
   std::size_t cells = 0, columns = 0;
   for (const row_cells& row : of_row) cells += row.cells.size(), columns += row.columns.size();

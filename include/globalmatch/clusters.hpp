@@ -83,7 +83,8 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
       const cell_index last = cells.cells_end(other);
       for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
         const std::int32_t reach = surfaces[c].reach, height = cells[c].height;
-        if (!joins(c) || away > reach) continue;
+        // Cells of equal reach see each other: once is enough.
+        if (!joins(c) || away > reach || (reach == 1 && other < column)) continue;
         while (at < last && cells[at].height < height - widest) ++at;
         for (cell_index o = at; o < last && cells[o].height <= height + reach; ++o)
           if (cells[o].height >= height - reach && joins(o)) sets.join(c, o);

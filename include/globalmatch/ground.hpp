@@ -31,7 +31,7 @@ enum class ground_filter {
 
 struct ground_options {
   ground_filter filter = ground_filter::planes;
-  cloth_options cloth = {};  ///< its resolution is that of the terrain, whatever the filter
+  cloth_options cloth = {};      ///< its resolution is that of the terrain, whatever the filter
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
   double steepest_slope = 1.0;   ///< [m/m] what stands out more steeply is no ground (ours)
   double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
@@ -166,18 +166,22 @@ inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int r
     std::vector<local_plane>& planes = scales[s].planes;
     planes.resize(here.blocks.size());
     const scale* coarser = s + 1 < scales.size() ? &scales[s + 1] : nullptr;
-    parallel_for(how, "ground", std::size_t(here.rows), [&](std::size_t row) {
-      const int r = int(row);
-      for (int c = 0; c < here.columns; ++c) {
-        const double x = (c + 0.5) * here.width, y = (r + 0.5) * here.width;
-        local_plane& plane = planes[std::size_t(r) * std::size_t(here.columns) + std::size_t(c)];
-        plane = here.around(c, r, coarser ? reach : 0).fit(x, y, coarser ? least : 1);
-        if (plane.known() || !coarser) continue;
-        const moment_raster& wide = coarser->raster;
-        plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
-        plane.height = plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
-      }
-    }, 16);
+    parallel_for(
+        how, "ground", std::size_t(here.rows),
+        [&](std::size_t row) {
+          const int r = int(row);
+          for (int c = 0; c < here.columns; ++c) {
+            const double x = (c + 0.5) * here.width, y = (r + 0.5) * here.width;
+            local_plane& plane = planes[std::size_t(r) * std::size_t(here.columns) + std::size_t(c)];
+            plane = here.around(c, r, coarser ? reach : 0).fit(x, y, coarser ? least : 1);
+            if (plane.known() || !coarser) continue;
+            const moment_raster& wide = coarser->raster;
+            plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
+            plane.height =
+                plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
+          }
+        },
+        16);
   }
   return std::move(scales.front().planes);
 }
@@ -205,9 +209,9 @@ inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, fl
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points, under
-/// what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5 blocks
-/// without what stands out upwards.
+/// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points,
+/// under what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5
+/// blocks without what stands out upwards.
 inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, int columns, int rows,
                                                   const execution& how = {}) {
   constexpr int cells_a_block = 4, reach = 2;  // blocks of 1 m
@@ -215,9 +219,8 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
   const int across = (lowest.columns + cells_a_block - 1) / cells_a_block;
   const int along = (lowest.rows + cells_a_block - 1) / cells_a_block;
   const auto block = [&](int c, int r) { return std::size_t(r) * std::size_t(across) + std::size_t(c); };
-  std::vector<Eigen::Vector3f> lowest_of(
-      std::size_t(across) * std::size_t(along),
-      Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  std::vector<Eigen::Vector3f> lowest_of(std::size_t(across) * std::size_t(along),
+                                         Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   for (int r = 0; r < lowest.rows; ++r)
     for (int c = 0; c < lowest.columns; ++c) {
       const Eigen::Vector3f& p = lowest.points[lowest.cell(c, r)];
@@ -227,18 +230,23 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
 
   // A block without a plane of its own takes that of larger blocks.
   std::vector<detail::local_plane> planes(lowest_of.size());
-  parallel_for(how, "ground", std::size_t(along), [&](std::size_t row) {
-    std::vector<Eigen::Vector3f> nearby;
-    const int r = int(row);
-    for (int c = 0; c < across; ++c) {
-      nearby.clear();
-      for (int br = std::max(r - reach, 0); br <= std::min(r + reach, along - 1); ++br)
-        for (int bc = std::max(c - reach, 0); bc <= std::min(c + reach, across - 1); ++bc)
-          if (const Eigen::Vector3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z())) nearby.push_back(p);
-      if (nearby.size() >= 6)
-        planes[block(c, r)] = detail::plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
-    }
-  }, 8);
+  parallel_for(
+      how, "ground", std::size_t(along),
+      [&](std::size_t row) {
+        std::vector<Eigen::Vector3f> nearby;
+        const int r = int(row);
+        for (int c = 0; c < across; ++c) {
+          nearby.clear();
+          for (int br = std::max(r - reach, 0); br <= std::min(r + reach, along - 1); ++br)
+            for (int bc = std::max(c - reach, 0); bc <= std::min(c + reach, across - 1); ++bc)
+              if (const Eigen::Vector3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z()))
+                nearby.push_back(p);
+          if (nearby.size() >= 6)
+            planes[block(c, r)] =
+                detail::plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
+        }
+      },
+      8);
   detail::moment_raster sparse{width, across, along, {}};
   sparse.blocks.resize(lowest_of.size());
   for (std::size_t i = 0; i < lowest_of.size(); ++i)
@@ -285,7 +293,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
         const double height = p.z() - result.interpolated_height(p.x(), p.y());
         is_ground[i] = height > -options.ground_band && height < above;
         if (is_ground[i])
-          moments.blocks[result.node(c / detail::lowest_per_cloth_cell, r / detail::lowest_per_cloth_cell)].add(p);
+          moments.blocks[result.node(c / detail::lowest_per_cloth_cell, r / detail::lowest_per_cloth_cell)]
+              .add(p);
       }
     return moments;
   };
@@ -296,8 +305,17 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
       if (planes[i].known()) result.heights[i] = planes[i].height;
   }
   const detail::moment_raster counts = keep_near(roughness);
-  for (std::size_t i = 0; i < lowest.points.size(); ++i)
-    if (is_ground[i]) result.ground.push_back(lowest.points[i]);
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < columns; ++c) {
+      result.first_ground.push_back(static_cast<std::uint32_t>(result.ground.size()));
+      for (int dr = 0; dr < detail::lowest_per_cloth_cell; ++dr)
+        for (int dc = 0; dc < detail::lowest_per_cloth_cell; ++dc) {
+          const std::size_t i =
+              lowest.cell(c * detail::lowest_per_cloth_cell + dc, r * detail::lowest_per_cloth_cell + dr);
+          if (is_ground[i]) result.ground.push_back(lowest.points[i]);
+        }
+    }
+  result.first_ground.push_back(static_cast<std::uint32_t>(result.ground.size()));
   if (result.ground.empty()) return {};
   const int hole = int(options.hole_radius / result.resolution);
   result.has_data.assign(result.heights.size(), 0);
@@ -306,7 +324,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
       if (counts.block(c, r).n == 0) continue;
       for (int dr = std::max(r - hole, 0); dr <= std::min(r + hole, rows - 1); ++dr)
         for (int dc = std::max(c - hole, 0); dc <= std::min(c + hole, columns - 1); ++dc)
-          if ((dr - r) * (dr - r) + (dc - c) * (dc - c) <= hole * hole) result.has_data[result.node(dc, dr)] = 1;
+          if ((dr - r) * (dr - r) + (dc - c) * (dc - c) <= hole * hole)
+            result.has_data[result.node(dc, dr)] = 1;
     }
   return result;
 }
@@ -326,11 +345,11 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
 
   const int columns = lowest.columns / detail::lowest_per_cloth_cell;
   const int rows = lowest.rows / detail::lowest_per_cloth_cell;
-  std::vector<float> heights =
-      options.filter == ground_filter::cloth
-          ? simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns, rows, options.cloth, how)
-                .heights
-          : planes_under_vegetation(lowest, columns, rows, how);
+  std::vector<float> heights = options.filter == ground_filter::cloth
+                                   ? simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns,
+                                                    rows, options.cloth, how)
+                                         .heights
+                                   : planes_under_vegetation(lowest, columns, rows, how);
   model.terrain = fit_terrain(lowest, std::move(heights), columns, rows, options, how);
   model.funnel.ground_points = model.terrain.ground.size();
   return model;

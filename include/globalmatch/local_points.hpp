@@ -25,7 +25,8 @@ struct local_frame {
   Eigen::Matrix3d local_from_scan_rotation = Eigen::Matrix3d::Identity();
 
   Eigen::Vector3d to_local(const Eigen::Vector3d& p) const {
-    return is_level() ? Eigen::Vector3d(p - origin) : Eigen::Vector3d(local_from_scan_rotation * (p - origin));
+    return is_level() ? Eigen::Vector3d(p - origin)
+                      : Eigen::Vector3d(local_from_scan_rotation * (p - origin));
   }
   bool is_level() const { return local_from_scan_rotation(2, 2) == 1; }  ///< it only shifts
   Eigen::Vector3d to_scan(const Eigen::Vector3d& p) const {
@@ -46,7 +47,9 @@ namespace detail {
 }
 
 /// Faster than asking each coordinate.
-inline bool all_finite(const Eigen::Vector3d& p) { return (p - p).sum() == 0; }
+inline bool all_finite(const Eigen::Vector3d& p) {
+  return (p - p).sum() == 0;
+}
 
 }  // namespace detail
 

@@ -74,24 +74,29 @@ class tiled_minima {
 
   static bool within_reach(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < beyond_any_plot; }
 
-  void add(const Eigen::Vector3d& p) {
+  /// False when the point is of no plot.
+  bool add(const Eigen::Vector3d& p) {
     constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
     const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
-    if (gx >= 0 && gx < all && gy >= 0 && gy < all) {  // positive: cut off is rounded down
-      const int c = static_cast<int>(gx), r = static_cast<int>(gy);
-      const int column = c / tile_cells, row = r / tile_cells;
-      tile*& found = near_[std::size_t(row * near_tiles + column)];
-      if (found == nullptr) found = &tile_at({row - near_tiles / 2, column - near_tiles / 2});
-      keep((*found)[std::size_t(r % tile_cells * tile_cells + c % tile_cells)], p, row - near_tiles / 2,
-           column - near_tiles / 2);
-      return;
+    if (gx >= 0 && gx < all && gy >= 0 && gy < all && std::abs(p.z()) < beyond_any_plot) {
+      const auto c = static_cast<unsigned>(static_cast<int>(gx)),
+                 r = static_cast<unsigned>(static_cast<int>(gy));
+      const unsigned column = c / tile_cells, row = r / tile_cells;
+      const std::int64_t tile_row = std::int64_t(row) - near_tiles / 2;
+      const std::int64_t tile_column = std::int64_t(column) - near_tiles / 2;
+      tile*& found = near_[row * near_tiles + column];
+      if (found == nullptr) found = &tile_at({tile_row, tile_column});
+      keep((*found)[r % tile_cells * tile_cells + c % tile_cells], p, tile_row, tile_column);
+      return true;
     }
+    if (!within_reach(p)) return false;
     const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
     const auto cell = [&](double v, std::int64_t t) {
       return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
     };
     keep(tile_at(k)[std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second))], p, k.first,
          k.second);
+    return true;
   }
 
   /// Takes over what is lower in another raster of the same frame and resolution.
@@ -196,12 +201,8 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
         if (!minima) minima = std::make_unique<tiled_minima>(resolution);
         std::size_t points = 0, lost = 0;
         const std::size_t not_finite = visit_points([&](const Eigen::Vector3d& p, point_index) {
-          const Eigen::Vector3d local = raster.frame.to_local(p);
           ++points;
-          if (tiled_minima::within_reach(local))
-            minima->add(local);
-          else
-            ++lost;
+          if (!minima->add(raster.frame.to_local(p))) ++lost;
         });
         const std::lock_guard lock(door);
         funnel.points += points + not_finite;

@@ -33,6 +33,8 @@ struct registration_options {
 inline registration_options paper_options() {
   registration_options options;
   options.mapping.understory = {.lowest = 0.2, .highest = 3.0};
+  options.mapping.ground.filter = ground_filter::cloth;
+  options.mapping.rule = stem_point_rule::points;
   options.mapping.voxel_size = 0.01;
   options.mapping.verticality.radius = 0.10;
   options.mapping.verticality.threshold = 0.9;

@@ -105,14 +105,15 @@ class column_raster {
 
   /// Middle of the column that fills most height bins, and how many.
   std::optional<place> fullest() const {
-    const auto best = std::max_element(columns_.begin(), columns_.end(), [](const column& a, const column& b) {
-      return std::popcount(a.around) < std::popcount(b.around);
-    });
+    const auto best = std::max_element(
+        columns_.begin(), columns_.end(),
+        [](const column& a, const column& b) { return std::popcount(a.around) < std::popcount(b.around); });
     if (best == columns_.end() || best->around == 0) return std::nullopt;
     return place{(best->x + 0.5) * cell_, (best->y + 0.5) * cell_, std::popcount(best->around)};
   }
 
-  /// Calls `visit(member)` for the points left in columns within `distance` [m] of (x, y), in each coordinate.
+  /// Calls `visit(member)` for the points left in columns within `distance` [m] of (x, y), in each
+  /// coordinate.
   template <class Visit>
   void for_each_near(double x, double y, double distance, const Visit& visit) const {
     for_each_column(x, y, distance, [&](const column& c) {
@@ -150,7 +151,8 @@ class column_raster {
   template <class Visit>
   void for_each_column(double x, double y, double distance, const Visit& visit) const {
     const auto number = [&](double v) { return static_cast<std::int32_t>(std::floor(v / cell_)); };
-    for_each_in(number(x - distance), number(x + distance), number(y - distance), number(y + distance), visit);
+    for_each_in(number(x - distance), number(x + distance), number(y - distance), number(y + distance),
+                visit);
   }
   void update(column& c) {
     c.around = 0;
@@ -172,17 +174,19 @@ void for_each_near(const cell_columns& understory, const cylinder& c, double dis
   const local_points& points = understory.points();
   const double sway = half_height * c.axis.head<2>().norm() / c.axis.z();
   const double widest = c.radius + distance + half_height * std::abs(c.taper);
-  understory.for_each_run_near(c.point.x(), c.point.y(), widest + sway, [&](std::uint32_t begin, std::uint32_t end) {
-    for (std::uint32_t i = begin; i < end; ++i) {
-      const double dx = points.x[i] - c.point.x(), dy = points.y[i] - c.point.y(), dz = points.z[i] - c.point.z();
-      const double along = c.axis.x() * dx + c.axis.y() * dy + c.axis.z() * dz;
-      if (std::abs(along) > 2 * half_height) continue;
-      const double squared = dx * dx + dy * dy + dz * dz - along * along;
-      if (squared > widest * widest) continue;
-      const double d = std::sqrt(std::max(squared, 0.0)) - c.radius + c.taper * along;
-      if (d < distance) visit(static_cast<point_index>(i), d);
-    }
-  });
+  understory.for_each_run_near(
+      c.point.x(), c.point.y(), widest + sway, [&](std::uint32_t begin, std::uint32_t end) {
+        for (std::uint32_t i = begin; i < end; ++i) {
+          const double dx = points.x[i] - c.point.x(), dy = points.y[i] - c.point.y(),
+                       dz = points.z[i] - c.point.z();
+          const double along = c.axis.x() * dx + c.axis.y() * dy + c.axis.z() * dz;
+          if (std::abs(along) > 2 * half_height) continue;
+          const double squared = dx * dx + dy * dy + dz * dz - along * along;
+          if (squared > widest * widest) continue;
+          const double d = std::sqrt(std::max(squared, 0.0)) - c.radius + c.taper * along;
+          if (d < distance) visit(static_cast<point_index>(i), d);
+        }
+      });
 }
 
 inline Eigen::Vector3d position_of(const local_points& points, point_index i) {
@@ -223,7 +227,8 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
 
   std::size_t inside = 0, on_surface = 0, around = 0;
   for (const near_point& p : near)
-    if (p.z >= lowest && p.z <= highest) ++(p.distance < -rough ? inside : p.distance < rough ? on_surface : around);
+    if (p.z >= lowest && p.z <= highest)
+      ++(p.distance < -rough ? inside : p.distance < rough ? on_surface : around);
   const double all = double(inside + on_surface + around);
   if (double(on_surface) < options.least_share * all ||
       double(inside) > options.most_inside * double(on_surface))
@@ -250,7 +255,8 @@ struct rising_line {
 /// Follows a column up and down: the line through the middles of its slices, each of the points near it,
 /// from an upright one at `start`. Returns it with the height bins that points near it fill.
 inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
-                                                           const Eigen::Vector2d& start, double largest_slope) {
+                                                           const Eigen::Vector2d& start,
+                                                           double largest_slope) {
   constexpr double slice = 0.2, near = 0.15;  // [m]
   constexpr int rounds = 6, slices = 32;
   rising_line line{start, Eigen::Vector2d::Zero(), 0};
@@ -288,8 +294,8 @@ inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen
   return {line, filled};
 }
 
-/// The circle that most points lie on, seen along a line, by RANSAC: draws of three, until it is unlikely that
-/// better ones were missed; cost as in `surface_cost`. `x`, `y`: points [m] from the line.
+/// The circle that most points lie on, seen along a line, by RANSAC: draws of three, until it is unlikely
+/// that better ones were missed; cost as in `surface_cost`. `x`, `y`: points [m] from the line.
 inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, const std::vector<float>& y,
                                                  double tolerance, const cylinder_options& options,
                                                  random_source& random) {
@@ -395,7 +401,8 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
       columns.remove(column->x, column->y, reach + sway + c.radius, [&](double x, double y) {
         // near the axis at some height that the stem was seen at
         const Eigen::Vector2d from_middle(x - c.point.x(), y - c.point.y());
-        const double share = std::clamp(from_middle.dot(lean) / std::max(lean.squaredNorm(), 1e-9), -1.5, 1.5);
+        const double share =
+            std::clamp(from_middle.dot(lean) / std::max(lean.squaredNorm(), 1e-9), -1.5, 1.5);
         return (from_middle - share * lean).norm() < c.radius + 0.05;
       });
       stems.push_back(std::move(*stem));
@@ -439,7 +446,8 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
       how, "scatter", order.size(),
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
-        for (const stem_cylinder& stem : stems_of_cluster(understory, clusters[order[k]], normals, options, random))
+        for (const stem_cylinder& stem :
+             stems_of_cluster(understory, clusters[order[k]], normals, options, random))
           of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
       },
       1);

@@ -108,7 +108,8 @@ inline void require_valid(const mapping_options& options) {
 
 namespace detail {
 
-constexpr double cell_width = 0.05;  // [m] of the understory's cells: 27 of them are nearly [GM]'s ball of 10 cm
+constexpr double cell_width =
+    0.05;  // [m] of the understory's cells: 27 of them are nearly [GM]'s ball of 10 cm
 
 /// Quantile of the spacings of surfaces; reorders them.
 template <class Surface>
@@ -148,17 +149,16 @@ struct stem_points {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Stem points by the surfaces through cells.
-inline stem_points stem_points_by_cells(local_points understory, const mapping_options& options, stem_map& map,
-                                        const execution& how) {
+inline stem_points stem_points_by_cells(local_points understory, const mapping_options& options,
+                                        stem_map& map, const execution& how) {
   stem_points found{sort_into_cells(std::move(understory), cell_width, how), {}, {}};
   const auto surfaces = estimate_surfaces(found.understory, options.verticality, how);
   found.clusters = cluster_cells(found.understory, surfaces, options.verticality,
                                  std::size_t(options.stems.least_points), how);
   map.funnel.thinned = surfaces.size();
   map.funnel.stem_points =
-      std::size_t(std::count_if(surfaces.begin(), surfaces.end(), [&](const cell_surface& s) {
-        return is_stem_cell(s, options.verticality);
-      }));
+      std::size_t(std::count_if(surfaces.begin(), surfaces.end(),
+                                [&](const cell_surface& s) { return is_stem_cell(s, options.verticality); }));
   map.spacing_near = spacing_quantile(surfaces, 0.1);
   map.spacing_far = spacing_quantile(surfaces, 0.9);
   return found;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -20,9 +21,10 @@ class terrain {
   local_frame frame;
   double resolution = 0;
   int columns = 0, rows = 0;
-  std::vector<float> heights;           ///< row by row; interpolated where no ground was seen
-  std::vector<std::uint8_t> has_data;   ///< 1 where ground was seen near the node
-  std::vector<Eigen::Vector3f> ground;  ///< the ground points the heights were fitted to
+  std::vector<float> heights;               ///< row by row; interpolated where no ground was seen
+  std::vector<std::uint8_t> has_data;       ///< 1 where ground was seen near the node
+  std::vector<Eigen::Vector3f> ground;      ///< the ground points the heights were fitted to, node by node
+  std::vector<std::uint32_t> first_ground;  ///< of each node, in `ground`; one more than nodes, or empty
 
   bool empty() const { return heights.empty(); }
   std::size_t node(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
@@ -50,6 +52,20 @@ class terrain {
     const int c = std::min(static_cast<int>(x / resolution), columns - 1);
     const int r = std::min(static_cast<int>(y / resolution), rows - 1);
     return has_data[node(c, r)] != 0;
+  }
+
+  /// Calls `visit(p)` for the ground points of the nodes within `reach` [m] of (x, y), in each coordinate.
+  template <class Visit>
+  void for_each_ground_near(double x, double y, double reach, const Visit& visit) const {
+    if (first_ground.empty()) return;
+    const auto number = [&](double v, int most) {
+      return static_cast<int>(std::clamp(std::floor(v / resolution), 0.0, double(most - 1)));
+    };
+    const int left = number(x - reach, columns), right = number(x + reach, columns);
+    const int top = number(y + reach, rows);
+    for (int r = number(y - reach, rows); r <= top; ++r)
+      for (std::uint32_t i = first_ground[node(left, r)]; i < first_ground[node(right, r) + 1]; ++i)
+        visit(ground[i]);
   }
 
   /// Height at (x, y), or nothing outside the raster and where no ground was seen.

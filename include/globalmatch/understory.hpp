@@ -92,7 +92,8 @@ local_points select_understory(const R& scan, const terrain& ground, const under
         local_points part;
         visit_points([&](const Eigen::Vector3d& p, point_index i) {
           const Eigen::Vector3d local = ground.frame.to_local(p);
-          if (!ground.covers(local.x(), local.y()) || !limits.may_hold(local.x(), local.y(), local.z())) return;
+          if (!ground.covers(local.x(), local.y()) || !limits.may_hold(local.x(), local.y(), local.z()))
+            return;
           const double height = local.z() - ground.interpolated_height(local.x(), local.y());
           if (height >= options.lowest && height <= options.highest) part.push_back(local.cast<float>(), i);
         });
@@ -101,14 +102,17 @@ local_points select_understory(const R& scan, const terrain& ground, const under
   std::vector<std::size_t> first(parts.size() + 1, 0);
   for (std::size_t k = 0; k < parts.size(); ++k) first[k + 1] = first[k] + parts[k].size();
   understory.resize(first.back());
-  parallel_for(how, "understory", parts.size(), [&](std::size_t k) {
-    const auto at = static_cast<std::ptrdiff_t>(first[k]);
-    std::copy(parts[k].x.begin(), parts[k].x.end(), understory.x.begin() + at);
-    std::copy(parts[k].y.begin(), parts[k].y.end(), understory.y.begin() + at);
-    std::copy(parts[k].z.begin(), parts[k].z.end(), understory.z.begin() + at);
-    std::copy(parts[k].index.begin(), parts[k].index.end(), understory.index.begin() + at);
-    parts[k] = {};
-  }, 1);
+  parallel_for(
+      how, "understory", parts.size(),
+      [&](std::size_t k) {
+        const auto at = static_cast<std::ptrdiff_t>(first[k]);
+        std::copy(parts[k].x.begin(), parts[k].x.end(), understory.x.begin() + at);
+        std::copy(parts[k].y.begin(), parts[k].y.end(), understory.y.begin() + at);
+        std::copy(parts[k].z.begin(), parts[k].z.end(), understory.z.begin() + at);
+        std::copy(parts[k].index.begin(), parts[k].index.end(), understory.index.begin() + at);
+        parts[k] = {};
+      },
+      1);
   return understory;
 }
 

@@ -13,6 +13,7 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/cell_columns.hpp"
@@ -25,8 +26,8 @@ namespace globalmatch {
 
 struct verticality_options {
   bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
-  /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells, which
-  /// lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
+  /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells,
+  /// which lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
   std::optional<double> threshold = {};
   /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
   /// holds `least_neighbors`, else as much more as it takes to hold them, up to `largest_radius`.
@@ -194,25 +195,30 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
   });
   parallel_chunks(how, "verticality", cells.columns(), 256, [&](std::size_t begin, std::size_t end) {
     std::vector<std::size_t> around;
-    std::vector<cell_columns::cell_index> next;
+    std::vector<std::pair<cell_columns::cell_index, cell_columns::cell_index>> runs;
     for (std::size_t column = begin; column < end; ++column)
       for (std::int32_t reach = 1; reach <= widest; ++reach) {
         detail::columns_around(cells, column, reach, around);
-        next.clear();
-        for (const std::size_t a : around) next.push_back(cells.cells_begin(a));
+        runs.clear();
+        for (const std::size_t a : around) runs.push_back({cells.cells_begin(a), cells.cells_begin(a)});
         bool all_known = true;
         for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
           if (surfaces[c].reach != 0) continue;
           const std::int32_t height = cells[c].height;
-          detail::moments sum;
+          std::uint32_t count = 0;
           for (std::size_t k = 0; k < around.size(); ++k) {
-            auto& at = next[k];
+            auto &from = runs[k].first, &to = runs[k].second;
             const auto last = cells.cells_end(around[k]);
-            while (at < last && cells[at].height < height - reach) ++at;
-            for (auto other = at; other < last && cells[other].height <= height + reach; ++other)
-              sum += of_cell[other];
+            while (from < last && cells[from].height < height - reach) ++from;
+            while (to < last && cells[to].height <= height + reach) ++to;
+            if (from < to) count += cells.points_end(to - 1) - cells.points_begin(from);
           }
-          if (sum.n >= options.least_neighbors || (reach == widest && sum.n >= 4))
+          const bool enough = count >= std::uint32_t(reach == widest ? 4 : options.least_neighbors);
+          detail::moments sum;
+          if (enough)
+            for (const auto& [from, to] : runs)
+              for (auto other = from; other < to; ++other) sum += of_cell[other];
+          if (enough)
             surfaces[c] = {static_cast<float>(sum.verticality()),
                            static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
                            static_cast<std::uint8_t>(reach)};
