@@ -164,8 +164,8 @@ TEST_CASE("limits of radius and lean are inclusive") {
   CHECK(within_limits(upright(0, 0, 0, options.largest_radius), options));
   CHECK_FALSE(within_limits(upright(0, 0, 0, options.smallest_radius - 1e-9), options));
   CHECK_FALSE(within_limits(upright(0, 0, 0, options.largest_radius + 1e-9), options));
-  CHECK(within_limits(leaning(0, 0, 0, 0.1, 24.99, 30), options));
-  CHECK_FALSE(within_limits(leaning(0, 0, 0, 0.1, 25.01, 30), options));
+  CHECK(within_limits(leaning(0, 0, 0, 0.1, 29.99, 30), options));
+  CHECK_FALSE(within_limits(leaning(0, 0, 0, 0.1, 30.01, 30), options));
 }
 
 TEST_CASE("a cylinder within the limits is found, if any, in a stem beyond them") {

@@ -172,7 +172,7 @@ TEST_CASE("stems are ordered by position, and their supports are points of the s
     CHECK(std::is_sorted(s.support.begin(), s.support.end()));
     CHECK(s.position_sigma > 0);
     CHECK(s.position_sigma < 0.01);
-    const cylinder c{s.position, s.axis, s.radius};
+    const cylinder c{s.position + s.axis * breast_height / s.axis.z(), s.axis, s.radius, s.taper};
     double furthest = 0;
     for (const point_index p : s.support) {
       furthest = std::max(furthest, std::abs(c.surface_distance(truth.scan[p].cast<double>())));
@@ -258,7 +258,7 @@ TEST_CASE("every stage of the mapping reports, and each can cancel it") {
     return true;
   }};
   map_stems(truth.scan, {}, Vector3d::UnitZ(), watch);
-  CHECK(stages == std::vector<std::string>{"ground", "understory", "voxels", "verticality", "clusters",
+  CHECK(stages == std::vector<std::string>{"ground", "understory", "cells", "verticality", "clusters",
                                            "scatter", "cylinders"});
   for (const std::string& stage : stages) {
     CAPTURE(stage);
@@ -297,6 +297,7 @@ TEST_CASE("map_stems refuses bad arguments by name") {
 TEST_CASE("a link distance that is given joins or parts stems") {
   const plot truth(15);
   mapping_options options;
+  options.rule = stem_point_rule::points;
   options.link_distance = 0.05;
   const std::size_t parted = map_stems(truth.scan, options).funnel.clusters;
   options.link_distance = 10;

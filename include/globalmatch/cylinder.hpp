@@ -32,6 +32,10 @@ struct cylinder_options {
   /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
   /// stems are fitted.
   std::optional<double> distance_tolerance = {};
+  /// [m/m] by which radii shrink upwards, more or less: the taper is then fitted, and held near this where
+  /// points tell little of it (ours; stems grow about 1 cm thinner a metre). Empty: cylinders proper, as in
+  /// [GM].
+  std::optional<double> usual_taper = {};
   int draws = 300;  ///< at most this many hypotheses (ours)
   std::uint64_t seed = 1;
 };
@@ -64,6 +68,8 @@ struct cylinder {
   double surface_distance(const Eigen::Vector3d& p) const {
     return axis_distance(p) - radius + taper * axis.dot(p - point);
   }
+  /// Radius [m] where the axis passes height z; requires an axis that is not horizontal.
+  double radius_at_height(double z) const { return radius - taper * (z - point.z()) / axis.z(); }
   /// Where the axis passes height z; requires an axis that is not horizontal.
   Eigen::Vector3d at_height(double z) const { return point + axis * ((z - point.z()) / axis.z()); }
 };
@@ -150,11 +156,11 @@ struct cylinder_equations {
     normal.diagonal().array() += damping * double(count);
   }
 
-  /// Makes the taper known to what stems have: as much as so many points at one metre would.
-  void expect_taper(double taper) {
-    constexpr double usual = 0.005, weight = 30;  // [m/m] stems grow 1 cm thinner a metre, or so
+  /// Holds the taper near the usual one, as so many points at one metre would; without one it is none.
+  void expect_taper(double taper, const std::optional<double>& usual) {
+    const double weight = usual ? 30 : 1e9;
     normal(5, 5) += weight;
-    right(5) += weight * (usual - taper);
+    right(5) += weight * (usual.value_or(0) - taper);
   }
 };
 
@@ -174,7 +180,7 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
   for (int round = 0; round < rounds; ++round) {
     detail::cylinder_equations equations(c, points, reach);
     if (equations.count < 6) return std::nullopt;
-    equations.expect_taper(c.taper);
+    equations.expect_taper(c.taper, options.usual_taper);
     const detail::cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
     c.point += step(0) * equations.u + step(1) * equations.v;
     c.axis = (c.axis + step(2) * equations.u + step(3) * equations.v).normalized();
@@ -189,10 +195,10 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
 
 /// Covariance of the axis when points scatter by `sigma` [m] about the surface: shift along u and v at
 /// `c.point` [m], tilt towards u and v. Large when they show little of its curve.
-inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points,
-                                       double sigma) {
+inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma,
+                                       const std::optional<double>& usual_taper = {}) {
   detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
-  equations.expect_taper(c.taper);
+  equations.expect_taper(c.taper, usual_taper);
   const Eigen::Matrix<double, 6, 4> columns =
       equations.normal.ldlt().solve(Eigen::Matrix<double, 6, 4>::Identity());
   return sigma * sigma * columns.topRows<4>();

@@ -272,7 +272,6 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
 /// there, through what lies in ever larger blocks.
 inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heights, int columns, int rows,
                            const ground_options& options, const execution& how = {}) {
-  constexpr int reach = 1;
   constexpr double least_points = 5, roughness = 0.08;  // [m] above planes that span 1.5 m
   terrain result;
   result.frame = lowest.frame;
@@ -298,7 +297,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
       }
     return moments;
   };
-  for (const double above : {options.ground_band, roughness}) {
+  for (const auto& [above, reach] :
+       {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
     detail::moment_raster moments = keep_near(above);
     const auto planes = detail::planes_at_all_scales(std::move(moments), reach, least_points, how);
     for (std::size_t i = 0; i < planes.size(); ++i)

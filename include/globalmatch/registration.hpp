@@ -38,6 +38,7 @@ inline registration_options paper_options() {
   options.mapping.voxel_size = 0.01;
   options.mapping.verticality.radius = 0.10;
   options.mapping.verticality.threshold = 0.9;
+  options.mapping.stems.cylinder.usual_taper.reset();
   options.matching.triangles.neighbors = 20;
   options.matching.tolerance = 0.05;
   options.matching.proposal = proposal::algorithm_1;

@@ -33,7 +33,7 @@ namespace globalmatch {
 
 /// [GM] gives no values: all are ours.
 struct stem_cylinder_options {
-  cylinder_options cylinder = {};
+  cylinder_options cylinder = {.usual_taper = 0.005};
   double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
   int least_points = 15;       ///< on the surface of a stem
   double least_height = 1.4;   ///< [m] that these points fill, in steps of 0.1 m: half the understory layer
@@ -240,7 +240,7 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
   for (std::size_t k = 0; k < found.support.size(); k += step)
     support.push_back(position_of(points, found.support[k]));
   found.rms = std::sqrt(squares / double(found.support.size()));
-  found.covariance = axis_covariance(c, support, std::max(found.rms, tolerance / 4));
+  found.covariance = axis_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder.usual_taper);
   if (axis_uncertainty(found.covariance) > options.largest_sigma) return std::nullopt;
   return found;
 }

@@ -38,8 +38,8 @@ struct mapping_options {
   stem_point_rule rule = stem_point_rule::cells;
   double voxel_size = 0.01;  ///< [m] with `stem_point_rule::points` ([GM] 3.1: 0.01)
   globalmatch::verticality_options verticality = {};
-  /// [m] stem points nearer than this are of one cluster ([GM] gives no value). Empty: three times the
-  /// spacing of points at hand, at least 0.05.
+  /// [m] with `stem_point_rule::points`: stem points nearer than this are of one cluster ([GM] gives no
+  /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
 };

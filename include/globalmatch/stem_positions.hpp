@@ -20,11 +20,14 @@
 
 namespace globalmatch {
 
+constexpr double breast_height = 1.3;  // [m] above the ground, where diameters are measured
+
 /// A stem, in the frame of its scan.
 struct stem {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] where the axis meets the terrain
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit, pointing up
-  double radius = 0;                                   ///< [m]
+  double radius = 0;                                   ///< [m] at breast height, 1.3 m above the ground
+  double taper = 0;                                    ///< [m/m] by which it grows thinner upwards
   double position_sigma = 0;                           ///< [m] uncertainty in plan of the axis
   double height_sigma = 0;                             ///< [m] uncertainty of the ground's height
   bool ground_seen = true;                             ///< false: the terrain is interpolated there
@@ -172,7 +175,8 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
     }
     s.position = ground.frame.to_scan(*position);
     s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
-    s.radius = found.cylinder.radius;
+    s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
+    s.taper = found.cylinder.taper;
     s.position_sigma =
         axis_uncertainty(found.covariance, found.cylinder.axis.dot(*position - found.cylinder.point));
     s.ground_seen = ground.knows(position->x(), position->y());
