@@ -21,7 +21,8 @@ std::vector<stem> map_by_steps(const std::vector<Eigen::Vector3d>& scan) {
   std::cout << " in " << cells.cells() << " cells, " << clusters.members.size() << " on vertical surfaces";
 
   const stem_cylinders cylinders = find_stem_cylinders(cells, clusters);
-  const auto stems = merge_fragments(cylinders, cells.points(), ground.terrain, stem_cylinder_options{}.cylinder);
+  const auto stems =
+      merge_fragments(cylinders, cells.points(), ground.terrain, stem_cylinder_options{}.cylinder);
   std::cout << ", " << clusters.size() << " clusters, " << stems.size() << " stems\n";
   return locate_stems(stems, cells.points(), ground.terrain);
 }

@@ -3,6 +3,9 @@
 #include <numbers>
 #include <utility>
 
+#include <list>
+#include <numeric>
+
 #include "catch.hpp"
 #include "containers.hpp"
 #include "forest_scenes.hpp"
@@ -144,6 +147,40 @@ TEST_CASE("select keeps the frame, and the chosen points with their indices in t
   CHECK(chosen[2] == local[6]);
   CHECK(chosen.index == std::vector<point_index>{7, 1, 7});
   CHECK(select(local, {}).size() == 0);
+}
+
+TEST_CASE("chunks hold every finite point once, with its index, in every container and for any number of threads") {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 150000; ++i) points.push_back({double(i), 1, 2});
+  points[70000].y() = std::numeric_limits<double>::quiet_NaN();
+  points[149999].z() = std::numeric_limits<double>::infinity();
+  const std::list<Eigen::Vector3d> listed(points.begin(), points.end());
+  const auto check = [&](const auto& range, int threads) {
+    std::vector<std::vector<point_index>> of_chunk;
+    std::vector<std::size_t> skipped;
+    bool same = true;
+    read_in_chunks(
+        range, {.threads = threads}, "reading",
+        [&](std::size_t chunks) {
+          of_chunk.resize(chunks);
+          skipped.resize(chunks);
+        },
+        [&](std::size_t chunk, const auto& visit_points) {
+          skipped[chunk] = visit_points([&](const Eigen::Vector3d& p, point_index i) {
+            same = same && p.x() == double(i);
+            of_chunk[chunk].push_back(i);
+          });
+        });
+    std::vector<point_index> all;
+    for (const auto& some : of_chunk) all.insert(all.end(), some.begin(), some.end());
+    CHECK(same);
+    CHECK(of_chunk.size() > 1);
+    CHECK(all.size() == points.size() - 2);
+    CHECK(std::is_sorted(all.begin(), all.end()));
+    CHECK(std::accumulate(skipped.begin(), skipped.end(), std::size_t(0)) == 2);
+  };
+  check(points, 1);
+  check(listed, 2);
 }
 
 }  // namespace globalmatch

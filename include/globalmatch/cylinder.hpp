@@ -195,8 +195,8 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
 
 /// Covariance of the axis when points scatter by `sigma` [m] about the surface: shift along u and v at
 /// `c.point` [m], tilt towards u and v. Large when they show little of its curve.
-inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points, double sigma,
-                                       const std::optional<double>& usual_taper = {}) {
+inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points,
+                                       double sigma, const std::optional<double>& usual_taper = {}) {
   detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
   equations.expect_taper(c.taper, usual_taper);
   const Eigen::Matrix<double, 6, 4> columns =
