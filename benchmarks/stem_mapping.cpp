@@ -96,7 +96,8 @@ mapped_scan map_scan(support::simulation& plot, std::size_t station, const mappi
     const double seconds = clock.seconds();
     if (seconds < result.seconds) {
       result.seconds = seconds;
-      for (const auto& stage : clock.stages().items()) result.stages[stage.key()] = stage.value();
+      const auto stages = clock.stages();
+      for (const auto& stage : stages.items()) result.stages[stage.key()] = stage.value();
     }
     result.megabytes = benchmarks::peak_memory() - before;
     if (run > 0) continue;

@@ -15,8 +15,8 @@ namespace {
 
 void write_stem_map(const std::filesystem::path& path, const stem_map& map) {
   std::vector<support::stem_record> records;
-  std::vector<support::stem_column> columns = {{"axis_x", {}},     {"axis_y", {}},       {"axis_z", {}},
-                                               {"taper", {}},      {"points", {}},       {"sigma_plan", {}},
+  std::vector<support::stem_column> columns = {{"axis_x", {}},       {"axis_y", {}},     {"axis_z", {}},
+                                               {"taper", {}},        {"points", {}},     {"sigma_plan", {}},
                                                {"sigma_height", {}}, {"ground_seen", {}}};
   for (const stem& s : map.stems) {
     records.push_back({s.position.x(), s.position.y(), s.position.z(), s.radius});

@@ -149,7 +149,8 @@ TEST_CASE("select keeps the frame, and the chosen points with their indices in t
   CHECK(select(local, {}).size() == 0);
 }
 
-TEST_CASE("chunks hold every finite point once, with its index, in every container and for any number of threads") {
+TEST_CASE(
+    "chunks hold every finite point once, with its index, in every container and for any number of threads") {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 150000; ++i) points.push_back({double(i), 1, 2});
   points[70000].y() = std::numeric_limits<double>::quiet_NaN();

@@ -106,6 +106,30 @@ TEST_CASE("map_stems finds the stems of a plot without the verticality constrain
   check_finds(map_stems(truth.scan, options), truth);
 }
 
+TEST_CASE("map_stems finds the stems where heights are normalized and the ground is gone") {
+  plot truth(4);
+  std::vector<Vector3d> normalized;
+  for (const Vector3f& p : truth.scan) {
+    const Vector3d q = p.cast<double>();
+    const double height = q.z() - truth.ground(q.x(), q.y());
+    if (height > 0.15) normalized.push_back({q.x(), q.y(), height});
+  }
+  mapping_options options;
+  options.ground.filter = ground_filter::normalized;
+  const stem_map map = map_stems(normalized, options);
+  CHECK(map.stems.size() == truth.stems.size());
+  for (const cylinder& expected : truth.stems) {
+    const auto nearest =
+        std::min_element(map.stems.begin(), map.stems.end(), [&](const stem& a, const stem& b) {
+          return (a.position - expected.point).head<2>().norm() <
+                 (b.position - expected.point).head<2>().norm();
+        });
+    REQUIRE(nearest != map.stems.end());
+    CHECK((nearest->position - expected.point).head<2>().norm() < 0.04);
+    CHECK(std::abs(nearest->position.z()) < 1e-6);
+  }
+}
+
 TEST_CASE("map_stems by the steps of the paper finds the stems of a plot too") {
   const plot truth(4);
   mapping_options options;

@@ -86,13 +86,14 @@ terrain with_ground(const scenes::slope& plane, double step, const Sees& sees) {
 
 }  // namespace
 
-TEST_CASE("the ground at a stem is that of the slope around it, whatever its foot and the shrubs beside it lift") {
+TEST_CASE(
+    "the ground at a stem is that of the slope around it, whatever its foot and the shrubs beside it lift") {
   const scenes::slope plane{20, 40};
   terrain ground = with_ground(plane, 0.25, [](double, double) { return true; });
   const double truth = plane(10, 10);
   for (Eigen::Vector3f& p : ground.ground) {
     const double away = std::hypot(p.x() - 10, p.y() - 10);
-    if (away < 0.3) p.z() += 0.2f;                      // the root flare
+    if (away < 0.3) p.z() += 0.2f;                                      // the root flare
     if (std::hypot(p.x() - 10.7, p.y() - 10.2) < 0.25) p.z() += 0.15f;  // a shrub
   }
   const auto found = ground_at(ground, 10, 10, 0.25);
@@ -101,7 +102,9 @@ TEST_CASE("the ground at a stem is that of the slope around it, whatever its foo
   CHECK(found->sigma < 0.01);
 }
 
-TEST_CASE("ground that is seen on one side or far away only makes the height less sure, and without any there is none") {
+TEST_CASE(
+    "ground that is seen on one side or far away only makes the height less sure, and without any there is "
+    "none") {
   const scenes::slope plane{10, 0};
   const auto at = [&](const auto& sees) { return ground_at(with_ground(plane, 0.25, sees), 10, 10, 0.1); };
   const auto all = at([](double, double) { return true; });

@@ -20,6 +20,7 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->type_name("X,Y,Z");
   app.add_option("--seed", seed, "seed of the random draws")->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
+  app.add_flag("--normalized", normalized, "heights are above the ground already, which may be missing");
 }
 
 void shared_options::add_matching_to(CLI::App& app) {
@@ -53,6 +54,7 @@ void shared_options::add_execution_to(CLI::App& app) {
 mapping_options shared_options::for_mapping() const {
   mapping_options options;
   options.verticality.constraint = !no_verticality;
+  if (normalized) options.ground.filter = ground_filter::normalized;
   options.stems.cylinder.seed = seed;
   return options;
 }

@@ -28,6 +28,7 @@ struct shared_options {
   std::vector<double> scanner;
   std::uint64_t seed = 1;
   bool no_verticality = false;
+  bool normalized = false;
   int dof = 4;
   std::optional<double> tolerance;
   bool horizontal = false;
@@ -35,7 +36,7 @@ struct shared_options {
   int threads = 0;
   std::filesystem::path json;
 
-  void add_mapping_to(CLI::App& app);    ///< --up --scanner --seed --no-verticality
+  void add_mapping_to(CLI::App& app);    ///< --up --scanner --seed --no-verticality --normalized
   void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal
   void add_icp_to(CLI::App& app);        ///< --icp
   void add_threads_to(CLI::App& app);    ///< --threads

@@ -34,28 +34,41 @@ class cell_columns {
     cell_index first;   ///< of its cells
   };
 
-  cell_columns() = default;
+  /// All that it holds. `cells`, `columns` and `rows` (the first column of each) have one entry more than
+  /// there are.
+  struct parts {
+    double width = 1;                   // [m]
+    std::array<double, 3> lowest = {};  // numbers of the lowest cells, from the origin
+    local_points points;
+    std::vector<cell> cells;
+    std::vector<column> columns;
+    std::vector<std::size_t> rows;
+  };
+  static constexpr std::int32_t most = (1 << 21) - 1;  ///< number of the last cell along each axis
 
-  double width() const { return width_; }
-  const local_points& points() const { return points_; }
-  std::size_t cells() const { return cells_.empty() ? 0 : cells_.size() - 1; }
-  std::size_t columns() const { return columns_.empty() ? 0 : columns_.size() - 1; }
-  std::size_t rows() const { return rows_.empty() ? 0 : rows_.size() - 1; }
-  const cell& operator[](cell_index c) const { return cells_[c]; }
-  const column& column_at(std::size_t c) const { return columns_[c]; }
-  std::uint32_t points_begin(cell_index c) const { return cells_[c].first; }
-  std::uint32_t points_end(cell_index c) const { return cells_[c + 1].first; }
-  cell_index cells_begin(std::size_t c) const { return columns_[c].first; }
-  cell_index cells_end(std::size_t c) const { return columns_[c + 1].first; }
-  std::size_t columns_begin(std::size_t row) const { return rows_[row]; }
-  std::size_t columns_end(std::size_t row) const { return rows_[row + 1]; }
+  cell_columns() = default;
+  explicit cell_columns(parts p) : parts_(std::move(p)) {}
+
+  double width() const { return parts_.width; }
+  const local_points& points() const { return parts_.points; }
+  std::size_t cells() const { return parts_.cells.empty() ? 0 : parts_.cells.size() - 1; }
+  std::size_t columns() const { return parts_.columns.empty() ? 0 : parts_.columns.size() - 1; }
+  std::size_t rows() const { return parts_.rows.empty() ? 0 : parts_.rows.size() - 1; }
+  const cell& operator[](cell_index c) const { return parts_.cells[c]; }
+  const column& column_at(std::size_t c) const { return parts_.columns[c]; }
+  std::uint32_t points_begin(cell_index c) const { return parts_.cells[c].first; }
+  std::uint32_t points_end(cell_index c) const { return parts_.cells[c + 1].first; }
+  cell_index cells_begin(std::size_t c) const { return parts_.columns[c].first; }
+  cell_index cells_end(std::size_t c) const { return parts_.columns[c + 1].first; }
+  std::size_t columns_begin(std::size_t row) const { return parts_.rows[row]; }
+  std::size_t columns_end(std::size_t row) const { return parts_.rows[row + 1]; }
 
   /// Numbers of the columns of a row from x = `left` to `right`: [begin, end).
   std::pair<std::size_t, std::size_t> columns_between(std::int32_t row, std::int32_t left,
                                                       std::int32_t right) const {
     if (row < 0 || std::size_t(row) >= rows()) return {0, 0};
-    const auto begin = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row)]);
-    const auto end = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row) + 1]);
+    const auto begin = parts_.columns.begin() + std::ptrdiff_t(parts_.rows[std::size_t(row)]);
+    const auto end = parts_.columns.begin() + std::ptrdiff_t(parts_.rows[std::size_t(row) + 1]);
     const auto before = [](const column& c, std::int32_t x) { return c.x < x; };
     const auto first = std::lower_bound(begin, end, left, before);
     auto last = first;
@@ -63,7 +76,7 @@ class cell_columns {
       while (last != end && last->x <= right) ++last;
     else
       last = std::lower_bound(first, end, right + 1, before);
-    return {std::size_t(first - columns_.begin()), std::size_t(last - columns_.begin())};
+    return {std::size_t(first - parts_.columns.begin()), std::size_t(last - parts_.columns.begin())};
   }
 
   /// Calls `visit(begin, end)` for the runs of points whose columns lie within `reach` [m] of (x, y) in plan,
@@ -73,59 +86,21 @@ class cell_columns {
     const auto clamped = [](double v) {
       return static_cast<std::int32_t>(std::clamp(v, -1.0, double(most)));
     };
-    const auto number = [&](double v, double lowest) { return clamped(std::floor(v / width_) - lowest); };
-    const std::int32_t left = number(x - reach, lowest_[0]), right = number(x + reach, lowest_[0]);
-    const std::int32_t top = std::min(number(y + reach, lowest_[1]), static_cast<std::int32_t>(rows()) - 1);
-    for (std::int32_t row = std::max(number(y - reach, lowest_[1]), 0); row <= top; ++row) {
+    const auto number = [&](double v, double lowest) {
+      return clamped(std::floor(v / parts_.width) - lowest);
+    };
+    const std::int32_t left = number(x - reach, parts_.lowest[0]),
+                       right = number(x + reach, parts_.lowest[0]);
+    const std::int32_t top =
+        std::min(number(y + reach, parts_.lowest[1]), static_cast<std::int32_t>(rows()) - 1);
+    for (std::int32_t row = std::max(number(y - reach, parts_.lowest[1]), 0); row <= top; ++row) {
       const auto [begin, end] = columns_between(row, left, right);
       if (begin != end) visit(points_begin(cells_begin(begin)), points_begin(cells_begin(end)));
     }
   }
 
  private:
-  static constexpr std::int32_t most = (1 << 21) - 1;  // cells along each axis
-
-  friend class cell_sorter;
-
-  double width_ = 1;                   // [m]
-  std::array<double, 3> lowest_ = {};  // numbers of the lowest cells, from the origin
-  local_points points_;
-  std::vector<cell> cells_;        // one more than there are
-  std::vector<column> columns_;    // one more than there are
-  std::vector<std::size_t> rows_;  // first column of each; one more than there are
-};
-
-/// Fills `cell_columns`.
-class cell_sorter {
- public:
-  /// Takes the points over; one row after the other can then be sorted alone.
-  cell_sorter(local_points points, double width) {
-    if (!(width > 0)) throw std::invalid_argument("cell width must be positive");
-    result_.width_ = width;
-    result_.points_ = std::move(points);
-  }
-
-  cell_columns sorted(const execution& how);
-
- private:
-  struct row_cells {
-    std::vector<cell_columns::cell> cells;
-    std::vector<cell_columns::column> columns;
-  };
-  struct entry {
-    std::uint64_t key;  // column, then height
-    std::uint32_t place;
-  };
-
-  std::int32_t number(float v, std::size_t dimension) const {
-    const double cell = std::floor(double(v) / result_.width_) - result_.lowest_[dimension];
-    return static_cast<std::int32_t>(std::clamp(cell, 0.0, double(cell_columns::most)));
-  }
-  void find_lowest();
-  std::vector<std::uint32_t> sort_into_rows(const execution& how);
-  row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
-
-  cell_columns result_;
+  parts parts_;
 };
 
 namespace detail {
@@ -155,21 +130,54 @@ void radix_sort(std::vector<Entry>& entries, std::vector<Entry>& spare) {
   }
 }
 
-}  // namespace detail
+inline namespace GLOBALMATCH_THREADING {
+
+/// Fills `cell_columns`.
+class cell_sorter {
+ public:
+  /// Takes the points over; one row after the other can then be sorted alone.
+  cell_sorter(local_points points, double width) {
+    if (!(width > 0)) throw std::invalid_argument("cell width must be positive");
+    result_.width = width;
+    result_.points = std::move(points);
+  }
+
+  cell_columns sorted(const execution& how);
+
+ private:
+  struct row_cells {
+    std::vector<cell_columns::cell> cells;
+    std::vector<cell_columns::column> columns;
+  };
+  struct entry {
+    std::uint64_t key;  // column, then height
+    std::uint32_t place;
+  };
+
+  std::int32_t number(float v, std::size_t dimension) const {
+    const double cell = std::floor(double(v) / result_.width) - result_.lowest[dimension];
+    return static_cast<std::int32_t>(std::clamp(cell, 0.0, double(cell_columns::most)));
+  }
+  void find_lowest();
+  std::vector<std::uint32_t> sort_into_rows(const execution& how);
+  row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
+
+  cell_columns::parts result_;
+};
 
 inline void cell_sorter::find_lowest() {
-  const local_points& points = result_.points_;
+  const local_points& points = result_.points;
   if (points.size() == 0) return;
   const auto lowest = [&](const std::vector<float>& values) {
-    return std::floor(double(*std::min_element(values.begin(), values.end())) / result_.width_);
+    return std::floor(double(*std::min_element(values.begin(), values.end())) / result_.width);
   };
-  result_.lowest_ = {lowest(points.x), lowest(points.y), lowest(points.z)};
+  result_.lowest = {lowest(points.x), lowest(points.y), lowest(points.z)};
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
 inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
   constexpr std::size_t chunk = std::size_t(1) << 16;
-  local_points& points = result_.points_;
+  local_points& points = result_.points;
   std::vector<std::int32_t> row_of(points.size());
   parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) row_of[i] = number(points.y[i], 1);
@@ -207,12 +215,12 @@ inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& h
 inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::uint32_t end,
                                                     std::int32_t row) {
   constexpr unsigned height_bits = 21;
-  local_points& points = result_.points_;
+  local_points& points = result_.points;
   std::vector<entry> entries(end - begin), spare;
   for (std::uint32_t i = begin; i < end; ++i)
     entries[i - begin] = {
         std::uint64_t(number(points.x[i], 0)) << height_bits | std::uint64_t(number(points.z[i], 2)), i};
-  detail::radix_sort(entries, spare);
+  radix_sort(entries, spare);
   local_points moved;
   moved.resize(entries.size());
   row_cells found;
@@ -250,21 +258,24 @@ inline cell_columns cell_sorter::sorted(const execution& how) {
 
   std::size_t cells = 0, columns = 0;
   for (const row_cells& row : of_row) cells += row.cells.size(), columns += row.columns.size();
-  result_.cells_.reserve(cells + 1);
-  result_.columns_.reserve(columns + 1);
+  result_.cells.reserve(cells + 1);
+  result_.columns.reserve(columns + 1);
   for (row_cells& row : of_row) {
-    result_.rows_.push_back(result_.columns_.size());
-    const auto before = static_cast<cell_columns::cell_index>(result_.cells_.size());
+    result_.rows.push_back(result_.columns.size());
+    const auto before = static_cast<cell_columns::cell_index>(result_.cells.size());
     for (cell_columns::column& c : row.columns) c.first += before;
-    result_.cells_.insert(result_.cells_.end(), row.cells.begin(), row.cells.end());
-    result_.columns_.insert(result_.columns_.end(), row.columns.begin(), row.columns.end());
+    result_.cells.insert(result_.cells.end(), row.cells.begin(), row.cells.end());
+    result_.columns.insert(result_.columns.end(), row.columns.begin(), row.columns.end());
     row = {};
   }
-  result_.rows_.push_back(result_.columns_.size());
-  result_.columns_.push_back({0, 0, static_cast<cell_columns::cell_index>(result_.cells_.size())});
-  result_.cells_.push_back({0, static_cast<std::uint32_t>(result_.points_.size())});
-  return std::move(result_);
+  result_.rows.push_back(result_.columns.size());
+  result_.columns.push_back({0, 0, static_cast<cell_columns::cell_index>(result_.cells.size())});
+  result_.cells.push_back({0, static_cast<std::uint32_t>(result_.points.size())});
+  return cell_columns(std::move(result_));
 }
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
 
@@ -272,7 +283,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// `std::invalid_argument` when `width` is not positive. Points more than two million cells from the lowest
 /// share the outermost cells.
 inline cell_columns sort_into_cells(local_points points, double width, const execution& how = {}) {
-  return cell_sorter(std::move(points), width).sorted(how);
+  return detail::cell_sorter(std::move(points), width).sorted(how);
 }
 
 }  // namespace GLOBALMATCH_THREADING

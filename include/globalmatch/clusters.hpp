@@ -58,6 +58,8 @@ class disjoint_sets {
 
 }  // namespace detail
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches;
 /// only those that may be of a stem. Each cluster holds at least `least_points`
 /// points; its members are the points of its cells, positions in `cells.points()`. Cost: linear in the cells.
@@ -67,16 +69,16 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   using cell_index = cell_columns::cell_index;
   detail::disjoint_sets sets(cells.cells());
   const auto joins = [&](cell_index c) { return is_stem_cell(surfaces[c], options); };
-  std::vector<std::size_t> around;
-  for (std::size_t column = 0; column < cells.columns(); ++column) {
-    if (column % 65536 == 0) report_progress(how, "clusters", double(column) / double(cells.columns()));
+  const auto join_around = [&](std::size_t column, std::size_t first_column, std::size_t last_column,
+                               std::vector<std::size_t>& around) {
     std::int32_t widest = 0;
     for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
       if (joins(c)) widest = std::max(widest, std::int32_t(surfaces[c].reach));
-    if (widest == 0) continue;
+    if (widest == 0) return;
     detail::columns_around(cells, column, widest, around);
     const auto& here = cells.column_at(column);
     for (const std::size_t other : around) {
+      if (other < first_column || other >= last_column) continue;
       const auto& there = cells.column_at(other);
       const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
       cell_index at = cells.cells_begin(other);
@@ -90,6 +92,26 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
           if (cells[o].height >= height - reach && joins(o)) sets.join(c, o);
       }
     }
+  };
+  // Blocks of rows are joined in themselves, each alone, then those that touch along their border.
+  constexpr std::size_t rows_a_block = 64, widest_reach = 3;
+  const std::size_t blocks = (cells.rows() + rows_a_block - 1) / rows_a_block;
+  const auto first_of_row = [&](std::size_t row) {
+    return row < cells.rows() ? cells.columns_begin(row) : cells.columns();
+  };
+  parallel_for(
+      how, "clusters", blocks,
+      [&](std::size_t block) {
+        std::vector<std::size_t> around;
+        const std::size_t first = first_of_row(block * rows_a_block),
+                          last = first_of_row((block + 1) * rows_a_block);
+        for (std::size_t column = first; column < last; ++column) join_around(column, first, last, around);
+      },
+      1);
+  std::vector<std::size_t> around;
+  for (std::size_t border = rows_a_block; border < cells.rows(); border += rows_a_block) {
+    const std::size_t first = first_of_row(border - widest_reach), last = first_of_row(border + widest_reach);
+    for (std::size_t column = first; column < last; ++column) join_around(column, first, last, around);
   }
 
   std::vector<std::size_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
@@ -112,6 +134,8 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   }
   return clusters;
 }
+
+}  // namespace GLOBALMATCH_THREADING
 
 /// Clusters of at least `least_points` points, ordered by their first point. Two points are linked when they
 /// are nearer than the larger of their link distances [m].

@@ -23,10 +23,12 @@
 
 namespace globalmatch {
 
-/// How the lowest points are told apart from what grows above the ground.
+/// How the ground is told from what grows on it.
 enum class ground_filter {
-  planes,  ///< local planes under them, from the lowest points of blocks upwards (ours)
-  cloth,   ///< a cloth that falls on them from below ([GM] 3.1)
+  planes,      ///< local planes under the lowest points, from those of blocks upwards (ours)
+  cloth,       ///< a cloth that falls on the lowest points from below ([GM] 3.1)
+  normalized,  ///< not at all: heights are above the ground already, which lies at 0 and may be missing
+               ///< (ours)
 };
 
 struct ground_options {
@@ -146,6 +148,8 @@ struct moment_raster {
   }
 };
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Planes of all blocks, each through the points of the blocks around it; where these are too few, of ever
 /// larger ones. Empty when there are too few points altogether.
 inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int reach, double least,
@@ -186,6 +190,8 @@ inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int r
   return std::move(scales.front().planes);
 }
 
+}  // namespace GLOBALMATCH_THREADING
+
 /// Height at (x, y) of a plane through points that vegetation may lie above: least squares, repeated without
 /// what stands out upwards. Not known from fewer than three points.
 inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, float y) {
@@ -203,6 +209,19 @@ inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, fl
     if (std::erase_if(points, [&](const Eigen::Vector3f& p) { return residual(p) > limit; }) == 0) break;
   }
   return plane;
+}
+
+/// Ground at height 0 of the scan, wherever the scan has points.
+inline terrain flat_terrain(const lowest_raster& lowest, double resolution) {
+  terrain flat;
+  flat.frame = lowest.frame;
+  flat.resolution = resolution;
+  flat.columns = lowest.columns / lowest_per_cloth_cell;
+  flat.rows = lowest.rows / lowest_per_cloth_cell;
+  const double zero = -(lowest.frame.local_from_scan_rotation * lowest.frame.origin).z();
+  flat.heights.assign(std::size_t(flat.columns) * std::size_t(flat.rows), static_cast<float>(zero));
+  flat.has_data.assign(flat.heights.size(), 1);
+  return flat;
 }
 
 }  // namespace detail
@@ -284,17 +303,21 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   const auto keep_near = [&](double above) {
     detail::moment_raster moments{result.resolution, columns, rows, {}};
     moments.blocks.resize(result.heights.size());
-    for (int r = 0; r < lowest.rows; ++r)
-      for (int c = 0; c < lowest.columns; ++c) {
-        const std::size_t i = lowest.cell(c, r);
-        const Eigen::Vector3f& p = lowest.points[i];
-        if (std::isnan(p.z())) continue;
-        const double height = p.z() - result.interpolated_height(p.x(), p.y());
-        is_ground[i] = height > -options.ground_band && height < above;
-        if (is_ground[i])
-          moments.blocks[result.node(c / detail::lowest_per_cloth_cell, r / detail::lowest_per_cloth_cell)]
-              .add(p);
-      }
+    constexpr int cells = detail::lowest_per_cloth_cell;  // a node
+    parallel_for(
+        how, "ground", std::size_t(rows),
+        [&](std::size_t row) {
+          for (int r = int(row) * cells; r < (int(row) + 1) * cells; ++r)
+            for (int c = 0; c < lowest.columns; ++c) {
+              const std::size_t i = lowest.cell(c, r);
+              const Eigen::Vector3f& p = lowest.points[i];
+              if (std::isnan(p.z())) continue;
+              const double height = p.z() - result.interpolated_height(p.x(), p.y());
+              is_ground[i] = height > -options.ground_band && height < above;
+              if (is_ground[i]) moments.blocks[result.node(c / cells, int(row))].add(p);
+            }
+        },
+        16);
     return moments;
   };
   for (const auto& [above, reach] :
@@ -340,6 +363,11 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
   const double resolution = options.cloth.resolution / detail::lowest_per_cloth_cell;
   lowest_raster lowest = gather_lowest_points(scan, resolution, up, model.funnel, how);
   if (lowest.points.empty()) return model;
+  if (options.filter == ground_filter::normalized) {
+    model.terrain = detail::flat_terrain(lowest, options.cloth.resolution);
+    model.funnel.ground_points = model.funnel.cells;  // no ground is looked for
+    return model;
+  }
   model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth);
   model.funnel.unreachable = remove_unreachable(lowest, options.steepest_slope, options.ground_band);
 

@@ -105,11 +105,10 @@ class column_raster {
 
   /// Middle of the column that fills most height bins, and how many.
   std::optional<place> fullest() const {
-    const auto best = std::max_element(
-        columns_.begin(), columns_.end(),
-        [](const column& a, const column& b) { return std::popcount(a.around) < std::popcount(b.around); });
-    if (best == columns_.end() || best->around == 0) return std::nullopt;
-    return place{(best->x + 0.5) * cell_, (best->y + 0.5) * cell_, std::popcount(best->around)};
+    const auto best = std::max_element(columns_.begin(), columns_.end(),
+                                       [](const column& a, const column& b) { return a.bins < b.bins; });
+    if (best == columns_.end() || best->bins == 0) return std::nullopt;
+    return place{(best->x + 0.5) * cell_, (best->y + 0.5) * cell_, best->bins};
   }
 
   /// Calls `visit(member)` for the points left in columns within `distance` [m] of (x, y), in each
@@ -136,7 +135,8 @@ class column_raster {
   struct column {
     std::int32_t y, x;
     std::uint32_t begin, end = 0;
-    std::uint64_t filled = 0, around = 0;  // height bins of its own, and of those within reach
+    std::uint64_t filled = 0;  // height bins
+    int bins = 0;              // that it and those within reach fill
     bool operator<(const column& o) const { return std::tie(y, x, begin) < std::tie(o.y, o.x, o.begin); }
   };
 
@@ -155,10 +155,11 @@ class column_raster {
                 visit);
   }
   void update(column& c) {
-    c.around = 0;
+    std::uint64_t around = 0;
     if (c.filled != 0)
       for_each_in(c.x - reach, c.x + reach, c.y - reach, c.y + reach,
-                  [&](const column& other) { c.around |= other.filled; });
+                  [&](const column& other) { around |= other.filled; });
+    c.bins = std::popcount(around);
   }
 
   std::span<const point_index> members_;
@@ -330,13 +331,14 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
   return best;
 }
 
-/// The stems of one cluster: again and again the fullest column is followed, until none is high enough. With
-/// `normals`, one for each understory point, cylinders are drawn as in [GM], from points and their normals.
+/// The stems of one cluster, `most` of them: again and again the fullest column is followed, until none is
+/// high enough. With `normals`, one for each understory point, cylinders are drawn as in [GM], from points
+/// and their normals.
 inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understory,
                                                    std::span<const point_index> members,
                                                    std::span<const Eigen::Vector3f> normals,
                                                    const stem_cylinder_options& options,
-                                                   random_source& random) {
+                                                   random_source& random, std::size_t most) {
   constexpr double reach = 0.45;            // [m] from the line: thick stems
   constexpr std::size_t most_points = 500;  // that are fitted
   constexpr double steep = 0.5;             // height that a column holds of a stem that leans, as a share
@@ -348,7 +350,7 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
   column_raster columns(points, members, options.column_width);
   std::vector<point_index> nearby;
   std::vector<Eigen::Vector3d> sample, sample_normals;
-  while (const auto column = columns.fullest()) {
+  for (auto column = columns.fullest(); column && stems.size() < most; column = columns.fullest()) {
     if (column->bins * height_bin < steep * options.least_height) break;
     nearby.clear();
     columns.for_each_near(column->x, column->y, reach + sway, [&](point_index i) { nearby.push_back(i); });
@@ -413,6 +415,15 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
   return stems;
 }
 
+/// Numbers of the clusters, those of most points first.
+inline std::vector<std::size_t> largest_first(const point_clusters& clusters) {
+  std::vector<std::size_t> order(clusters.size());
+  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return clusters[a].size() > clusters[b].size(); });
+  return order;
+}
+
 /// Scatter [m] of the points about their cylinder, robust against what does not belong to it: 1.48 times the
 /// median distance of those within `band` [m] of the surface.
 inline double scatter_about(const cylinder& c, const cell_columns& understory, double band) {
@@ -434,13 +445,11 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
                                      std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
                                      const execution& how) {
   constexpr std::size_t largest = 30;          // clusters looked at
+  constexpr std::size_t most_stems = 3;        // of each: some are large because they are of shrubs
   constexpr double least = 0.01, most = 0.04;  // [m]
   constexpr double band = 2 * most;
   options.cylinder.distance_tolerance = default_distance_tolerance;
-  std::vector<std::size_t> order(clusters.size());
-  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return clusters[a].size() > clusters[b].size(); });
+  std::vector<std::size_t> order = largest_first(clusters);
   order.resize(std::min(order.size(), largest));
   std::vector<std::vector<double>> of_cluster(order.size());
   parallel_for(
@@ -448,7 +457,7 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
         for (const stem_cylinder& stem :
-             stems_of_cluster(understory, clusters[order[k]], normals, options, random))
+             stems_of_cluster(understory, clusters[order[k]], normals, options, random, most_stems))
           of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
       },
       1);
@@ -479,11 +488,15 @@ inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const 
     options.cylinder.distance_tolerance =
         detail::tolerance_from_scatter(understory, clusters, normals, options, how);
   std::vector<std::vector<stem_cylinder>> of_cluster(clusters.size());
+  const auto order =
+      detail::largest_first(clusters);  // so that no thread is left with a large one at the end
   parallel_for(
       how, "cylinders", clusters.size(),
-      [&](std::size_t c) {
+      [&](std::size_t k) {
+        const std::size_t c = order[k];
         random_source random(options.cylinder.seed, c + 1);
-        of_cluster[c] = detail::stems_of_cluster(understory, clusters[c], normals, options, random);
+        of_cluster[c] = detail::stems_of_cluster(understory, clusters[c], normals, options, random,
+                                                 std::numeric_limits<std::size_t>::max());
       },
       1);
   stem_cylinders result{{}, *options.cylinder.distance_tolerance};
