@@ -1,5 +1,7 @@
 #include "globalmatch/global_matching.hpp"
 
+#include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -22,8 +24,9 @@ std::vector<triangle_pair> local_pairs(const position_set& source, const positio
 }
 
 std::size_t consensus_size(const consensus_finder& finder, std::size_t seed) {
-  std::vector<std::uint8_t> agreeing;
-  return finder.consensus_size(seed, agreeing);
+  agreements agreeing(finder);
+  agreeing.prepare(finder.vertices(seed));
+  return agreeing.consensus_size(seed);
 }
 
 void require_algorithm_1(const position_set& source, const position_set& target,
@@ -32,6 +35,10 @@ void require_algorithm_1(const position_set& source, const position_set& target,
   const map_pair maps(source, target, horizontal, four);
   const consensus_finder finder(maps, pairs, tolerance);
   const auto bounds = consensus_bounds(finder, 0);
+  const auto by_votes_alone = consensus_bounds(finder, std::numeric_limits<std::size_t>::max());
+  auto by_agreement = bounds;
+  agreements agreeing(finder);
+  lower_bounds_by_agreement(finder, 0, by_agreement, agreeing);
   for (std::size_t u = 0; u < pairs.size(); ++u) {
     std::vector<std::size_t> set = sets[u];
     std::sort(set.begin(), set.end());
@@ -39,6 +46,8 @@ void require_algorithm_1(const position_set& source, const position_set& target,
     REQUIRE(std::equal(found.begin(), found.end(), set.begin(), set.end()));
     REQUIRE(consensus_size(finder, u) == set.size());
     REQUIRE(bounds[u] >= set.size());
+    REQUIRE(by_votes_alone[u] >= set.size());
+    REQUIRE(by_agreement[u] >= set.size());
   }
   if (pairs.empty()) return;
   const auto largest = std::max_element(sets.begin(), sets.end(),
@@ -178,6 +187,29 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("bounds of large maps hold, and most seeds are ruled out by votes alone") {
+  random_source random(3);
+  const auto views = scenes::half_overlapping_views(random, 120);
+  const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
+  const auto pairs = local_pairs(source, target, false, 0.1, 12);
+  const map_pair maps(source, target, false, four);
+  const consensus_finder finder(maps, pairs, 0.1);
+  REQUIRE(finder.correspondences().size() > agreements::room);
+  const std::size_t best = largest_consensus(finder).best.size;
+  const auto bounds = consensus_bounds(finder, 0);
+  const auto by_votes = consensus_bounds(finder, std::numeric_limits<std::size_t>::max());
+  std::size_t largest = 0, ruled_out = 0;
+  for (std::size_t u = 0; u < finder.size(); ++u) {
+    const std::size_t size = consensus_size(finder, u);
+    largest = std::max(largest, size);
+    REQUIRE(size <= bounds[u]);
+    REQUIRE(bounds[u] <= by_votes[u]);
+    ruled_out += by_votes[u] < best;
+  }
+  CHECK(largest == best);
+  CHECK(2 * ruled_out > finder.size());
+}
+
 TEST_CASE("a sufficient consensus set ends the search") {
   random_source random(7);
   const auto views = scenes::half_overlapping_views(random, 40);
@@ -202,6 +234,7 @@ TEST_CASE("the consensus set of a single pair is itself") {
 TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consensus set") {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     random_source random(seed);
+    const position_set stems = scenes::set_in_order(scenes::random_stems(random, 8, 5, 5));
     std::vector<triangle_pair> consensus(1 + random.below(20));
     for (triangle_pair& pair : consensus)
       for (std::size_t i = 0; i < 3; ++i) {
@@ -214,7 +247,8 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
 
     std::vector<std::uint32_t> all(consensus.size());
     std::iota(all.begin(), all.end(), 0u);
-    const auto chosen = vote_correspondences(consensus, all);
+    const map_pair maps(stems, stems, false, four);
+    const auto chosen = vote_correspondences(consensus_finder(maps, consensus, 0.05), all);
     CHECK(std::is_sorted(chosen.begin(), chosen.end()));
     std::set<stem_index> sources, targets;
     for (const correspondence& c : chosen) {

@@ -4,17 +4,21 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <numeric>
+#include <optional>
+#include <set>
 #include <span>
 #include <stdexcept>
+#include <unordered_map>
 #include <utility>
 #include <vector>
 
+#include "globalmatch/distance_cells.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/local_matching.hpp"
@@ -39,69 +43,44 @@ inline void require_valid(const global_matching_options& options) {
     throw std::invalid_argument("global_matching.most_seeds must be at least most_hypotheses");
 }
 
-namespace detail {
+/// The stem correspondences of a triangle pair.
+inline std::array<correspondence, 3> correspondences_of(const triangle_pair& pair) {
+  return {
+      {{pair.source[0], pair.target[0]}, {pair.source[1], pair.target[1]}, {pair.source[2], pair.target[2]}}};
+}
 
-/// The stems of a map as each of them sees the others: nearest first. Memory quadratic in the stems.
-class distance_order {
- public:
-  struct entry {
-    double distance;  // [m]
-    stem_index stem;
-  };
-
-  distance_order(const position_set& stems, bool horizontal, const execution& how)
-      : size_(stems.size()), entries_(size_ * size_) {
-    const auto sort_row = [&](std::size_t i) {
-      const auto row = entries_.begin() + std::ptrdiff_t(i * size_);
-      for (stem_index j = 0; j < size_; ++j)
-        row[j] = {stem_distance(stems.at[i], stems.at[j], horizontal), j};
-      std::sort(row, row + std::ptrdiff_t(size_), [](const entry& a, const entry& b) {
-        return a.distance < b.distance || (a.distance == b.distance && a.stem < b.stem);
-      });
-    };
-    parallel_for(how, "global matching", size_, sort_row, 16);
-  }
-  std::span<const entry> around(stem_index i) const { return std::span(entries_).subspan(i * size_, size_); }
-
- private:
-  std::size_t size_;
-  std::vector<entry> entries_;
-};
-
-}  // namespace detail
+/// Some triangle pairs of all, a bit for each.
+using pair_set = std::vector<std::uint64_t>;
 
 /// Which triangle pairs agree: D_global ([GM] Eq. (5)) is less than the tolerance. Agreement of triangle
 /// pairs comes down to that of stem correspondences: those of one pair must all agree with those of the
 /// other. So the consensus set of a seed pair are the pairs made of correspondences that agree with all three
-/// of its own. Refers to what it is made from.
+/// of its own. Refers to the maps.
 class consensus_finder {
  public:
   /// `tolerance` is epsilon [m]. Memory: quadratic in the stems, linear in the pairs.
-  consensus_finder(const map_pair& maps, std::span<const triangle_pair> pairs, double tolerance,
+  consensus_finder(const map_pair& both, std::span<const triangle_pair> pairs, double tolerance,
                    const execution& how = {})
-      : source_(maps.source, maps.horizontal, how),
-        target_(maps.target, maps.horizontal, how),
-        target_count_(maps.target.size()),
+      : maps_(both),
         tolerance_(tolerance),
+        target_(both.target, both.horizontal, tolerance, how),
         vertices_(pairs.size()) {
+    number_of_.assign(maps_.source.size() * target_.size(), none);
     for (const triangle_pair& pair : pairs)
-      for (std::size_t i = 0; i < 3; ++i) correspondences_.push_back({pair.source[i], pair.target[i]});
-    std::sort(correspondences_.begin(), correspondences_.end());
-    correspondences_.erase(std::unique(correspondences_.begin(), correspondences_.end()),
-                           correspondences_.end());
-    number_of_.assign(maps.source.size() * target_count_, none);
-    for (std::uint32_t c = 0; c < correspondences_.size(); ++c) number_of_[place(correspondences_[c])] = c;
-
+      for (const correspondence& c : correspondences_of(pair)) number_of_[place(c)] = 0;
+    for (stem_index s = 0; s < maps_.source.size(); ++s)
+      for (stem_index t = 0; t < target_.size(); ++t)
+        if (std::uint32_t& number = number_of_[place({s, t})]; number != none) {
+          number = static_cast<std::uint32_t>(correspondences_.size());
+          correspondences_.push_back({s, t});
+        }
     votes_.assign(correspondences_.size(), 0);
     first_pair_.assign(correspondences_.size() + 1, 0);
     for (std::size_t u = 0; u < pairs.size(); ++u)
       for (std::size_t i = 0; i < 3; ++i) {
-        vertices_[u][i] = number_of_[place({pairs[u].source[i], pairs[u].target[i]})];
+        vertices_[u][i] = number_of_[place(correspondences_of(pairs[u])[i])];
         ++votes_[vertices_[u][i]];
       }
-    votes_at_.assign(number_of_.size(), 0);
-    for (std::uint32_t c = 0; c < correspondences_.size(); ++c)
-      votes_at_[place(correspondences_[c])] = votes_[c];
     for (auto& v : vertices_)
       std::sort(v.begin(), v.end(), [&](std::uint32_t a, std::uint32_t b) { return votes_[a] > votes_[b]; });
     for (const auto& v : vertices_) ++first_pair_[v[0] + 1];
@@ -112,121 +91,112 @@ class consensus_finder {
   }
 
   std::size_t size() const { return vertices_.size(); }
-  std::size_t correspondence_count() const { return correspondences_.size(); }
-  /// The numbers of a pair's correspondences, that of most pairs first.
+  const map_pair& maps() const { return maps_; }
+  double tolerance() const { return tolerance_; }
+  const distance_cells& target_distances() const { return target_; }
+  /// The distinct correspondences of the pairs, increasing. Their places here are their numbers.
+  std::span<const correspondence> correspondences() const { return correspondences_; }
+  /// Of each correspondence: the pairs that it is part of.
+  std::span<const std::uint32_t> votes() const { return votes_; }
+  /// The numbers of a pair's correspondences, that of most votes first.
   const std::array<std::uint32_t, 3>& vertices(std::size_t u) const { return vertices_[u]; }
   /// Votes for all correspondences of a pair: how much it promises before anything is compared.
-  std::size_t votes(std::size_t u) const {
+  std::size_t votes_for(std::size_t u) const {
     const auto& [a, b, c] = vertices_[u];
     return std::size_t(votes_[a]) + votes_[b] + votes_[c];
-  }
-
-  /// Calls `visit(number)` for the correspondences that agree with this one: one sweep over the distances
-  /// from its two stems.
-  template <class Visit>
-  void for_each_agreeing(std::uint32_t c, const Visit& visit) const {
-    for_each_alike(c, [&](std::size_t place) {
-      if (number_of_[place] != none) visit(number_of_[place]);
-    });
   }
 
   /// No consensus set of a seed with this correspondence has more pairs: each takes three votes.
   std::size_t bound(std::uint32_t c) const {
     std::size_t votes = 0;
-    for_each_alike(c, [&](std::size_t place) { votes += votes_at_[place]; });
+    for_each_agreeing(c, [&](std::uint32_t other) { votes += votes_[other]; });
     return 1 + votes / 3;
   }
 
-  /// Calls `visit(v)` for the pairs that agree with seed `u`, in any order, but not for `u` itself ([GM]
-  /// Algorithm 1, lines 2 to 9). `agreeing` is reused memory.
-  template <class Visit>
-  void for_each_member(std::size_t u, std::vector<std::uint8_t>& agreeing, const Visit& visit) const {
-    agreeing.assign(correspondences_.size(), 0);
-    std::vector<std::uint32_t> with_all;
-    for (const std::uint32_t c : vertices_[u])
-      for_each_agreeing(c, [&](std::uint32_t other) {
-        if (++agreeing[other] == 3) with_all.push_back(other);
-      });
-    for (const std::uint32_t c : with_all)
-      for (std::size_t k = first_pair_[c]; k < first_pair_[c + 1]; ++k) {
-        const std::uint32_t v = by_first_vertex_[k];
-        if (v != u && agreeing[vertices_[v][1]] == 3 && agreeing[vertices_[v][2]] == 3) visit(v);
+  /// The pairs all of whose correspondences agree with this one. `agrees` is reused memory, and zeros between
+  /// calls.
+  pair_set agreeing_pairs(std::uint32_t c, std::vector<std::uint8_t>& agrees) const {
+    agrees.resize(correspondences_.size());
+    std::vector<std::uint32_t> agreeing;
+    for_each_agreeing(c, [&](std::uint32_t other) {
+      agrees[other] = 1;
+      agreeing.push_back(other);
+    });
+    pair_set found((size() + 63) / 64);
+    for (const std::uint32_t first : agreeing)
+      for (std::size_t k = first_pair_[first]; k < first_pair_[first + 1]; ++k) {
+        const std::uint32_t u = by_first_vertex_[k];
+        if (agrees[vertices_[u][1]] && agrees[vertices_[u][2]]) found[u / 64] |= std::uint64_t(1) << u % 64;
       }
+    for (const std::uint32_t other : agreeing) agrees[other] = 0;
+    return found;
   }
 
-  /// Size of the consensus set of seed `u`, itself included.
-  std::size_t consensus_size(std::size_t u, std::vector<std::uint8_t>& agreeing) const {
-    std::size_t size = 1;
-    for_each_member(u, agreeing, [&](std::uint32_t) { ++size; });
-    return size;
-  }
-
-  /// The consensus set of seed `u`, itself included, increasing.
+  /// The consensus set of seed `u`, itself included, increasing ([GM] Algorithm 1, lines 2 to 9).
   std::vector<std::uint32_t> consensus(std::size_t u) const {
-    std::vector<std::uint32_t> members = {static_cast<std::uint32_t>(u)};
-    std::vector<std::uint8_t> agreeing;
-    for_each_member(u, agreeing, [&](std::uint32_t v) { members.push_back(v); });
-    std::sort(members.begin(), members.end());
+    std::vector<std::uint8_t> agrees;
+    const auto& [a, b, c] = vertices_[u];
+    const pair_set with_a = agreeing_pairs(a, agrees), with_b = agreeing_pairs(b, agrees),
+                   with_c = agreeing_pairs(c, agrees);
+    std::vector<std::uint32_t> members;
+    for (std::size_t word = 0; word < with_a.size(); ++word) {
+      std::uint64_t bits = with_a[word] & with_b[word] & with_c[word];
+      if (word == u / 64) bits |= std::uint64_t(1) << u % 64;
+      for (; bits != 0; bits &= bits - 1)
+        members.push_back(static_cast<std::uint32_t>(64 * word + std::size_t(std::countr_zero(bits))));
+    }
     return members;
   }
 
  private:
   static constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
 
-  /// Calls `visit(place)` for the places, source by target, of stems as far from those of `c`.
+  /// Calls `visit(number)` for the correspondences that agree with this one: each other source stem looks for
+  /// target stems as far away.
   template <class Visit>
-  void for_each_alike(std::uint32_t c, const Visit& visit) const {
-    const auto sources = source_.around(correspondences_[c].source);
-    const auto targets = target_.around(correspondences_[c].target);
-    std::size_t low = 0;
-    for (const auto& s : sources) {
-      // Subtracted as in the test below, so that rounding cannot part the two.
-      while (low < targets.size() && s.distance - targets[low].distance >= tolerance_) ++low;
-      const std::size_t row = std::size_t(s.stem) * target_count_;
-      for (std::size_t k = low; k < targets.size() && targets[k].distance - s.distance < tolerance_; ++k)
-        visit(row + targets[k].stem);
+  void for_each_agreeing(std::uint32_t c, const Visit& visit) const {
+    const auto [source, target] = correspondences_[c];
+    for (stem_index s = 0; s < maps_.source.size(); ++s) {
+      const double distance = stem_distance(maps_.source.at[source], maps_.source.at[s], maps_.horizontal);
+      const auto row = number_of_.begin() + std::ptrdiff_t(place({s, 0}));
+      target_.for_each_at(target, distance, [&](stem_index t) {
+        if (row[t] != none) visit(row[t]);
+      });
     }
   }
 
   std::size_t place(const correspondence& c) const {
-    return std::size_t(c.source) * target_count_ + c.target;
+    return std::size_t(c.source) * target_.size() + c.target;
   }
 
-  detail::distance_order source_, target_;
-  std::size_t target_count_;
+  const map_pair& maps_;
   double tolerance_;
-  std::vector<std::array<std::uint32_t, 3>> vertices_;  // of each pair, as numbers of correspondences
-  std::vector<correspondence> correspondences_;         // distinct, increasing
-  std::vector<std::uint32_t> number_of_;                // of a correspondence, by place: source by target
-  std::vector<std::uint32_t> votes_;                    // pairs with this correspondence, ...
-  std::vector<std::uint32_t> votes_at_;                 // ... and by place: found in one step instead of two
-  std::vector<std::size_t> first_pair_;                 // where those begin whose first vertex it is
+  distance_cells target_;
+  std::vector<std::array<std::uint32_t, 3>> vertices_;
+  std::vector<correspondence> correspondences_;
+  std::vector<std::uint32_t> number_of_;  // of a correspondence, by place: source by target
+  std::vector<std::uint32_t> votes_;
+  std::vector<std::size_t> first_pair_;  // where those begin whose first vertex it is
   std::vector<std::uint32_t> by_first_vertex_;
 };
 
-/// The stem correspondences of a triangle pair.
-inline std::array<correspondence, 3> correspondences_of(const triangle_pair& pair) {
-  return {
-      {{pair.source[0], pair.target[0]}, {pair.source[1], pair.target[1]}, {pair.source[2], pair.target[2]}}};
-}
-
 /// The stem correspondences of a consensus set, each stem at most once: those that most triangle pairs vote
 /// for.
-inline std::vector<correspondence> vote_correspondences(std::span<const triangle_pair> pairs,
+inline std::vector<correspondence> vote_correspondences(const consensus_finder& finder,
                                                         std::span<const std::uint32_t> consensus) {
-  std::map<correspondence, int> votes;
+  std::vector<std::ptrdiff_t> votes(finder.correspondences().size());
   for (const std::uint32_t u : consensus)
-    for (std::size_t i = 0; i < 3; ++i) ++votes[{pairs[u].source[i], pairs[u].target[i]}];
-  std::vector<std::pair<int, correspondence>> order;
-  for (const auto& [c, count] : votes) order.push_back({-count, c});
+    for (const std::uint32_t c : finder.vertices(u)) ++votes[c];
+  std::vector<std::pair<std::ptrdiff_t, correspondence>> order;
+  for (std::size_t c = 0; c < votes.size(); ++c)
+    if (votes[c] > 0) order.push_back({-votes[c], finder.correspondences()[c]});
   std::sort(order.begin(), order.end());
-  std::map<stem_index, stem_index> target_of, source_of;
+  std::set<stem_index> sources, targets;
   std::vector<correspondence> chosen;
-  for (const auto& entry : order) {
-    const correspondence& c = entry.second;
-    if (target_of.contains(c.source) || source_of.contains(c.target)) continue;
-    target_of[c.source] = c.target;
-    source_of[c.target] = c.source;
+  for (const auto& [minus_votes, c] : order) {
+    if (sources.contains(c.source) || targets.contains(c.target)) continue;
+    sources.insert(c.source);
+    targets.insert(c.target);
     chosen.push_back(c);
   }
   std::sort(chosen.begin(), chosen.end());
@@ -235,27 +205,171 @@ inline std::vector<correspondence> vote_correspondences(std::span<const triangle
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// For each pair a number that the consensus set grown from it does not exceed; once it is less than
-/// `at_least` it is not made any better.
-inline std::vector<std::size_t> consensus_bounds(const consensus_finder& finder, std::size_t at_least,
-                                                 const execution& how = {}) {
+/// Bounds on consensus sets that cost next to nothing: all votes for correspondences that agree with one of
+/// the seed's, three for each member. Of those with many votes each is looked at; those with few are
+/// only counted, distance by distance, as if each pair of stems were one. Refers to the finder.
+class vote_bounds {
+ public:
+  explicit vote_bounds(const consensus_finder& finder, const execution& how = {})
+      : finder_(finder), maps_(finder.maps()) {
+    // As many as a motion pairs at most: with few wrong ones those of the largest set.
+    const auto votes = finder.votes();
+    const std::size_t most = std::min({votes.size(), maps_.source.size(), maps_.target.size()});
+    std::vector<std::uint32_t> order(votes.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(most), order.end(),
+                     [&](std::uint32_t a, std::uint32_t b) { return votes[a] > votes[b]; });
+    few_ = most < votes.size() ? votes[order[most]] : 0;
+    for (const std::uint32_t c : std::span(order).first(most)) {
+      if (votes[c] <= few_) continue;
+      popular_.push_back(finder.correspondences()[c]);
+      votes_above_few_.push_back(votes[c] - few_);
+    }
+    target_distances_.resize(maps_.target.size() * popular_.size());
+    const auto measure = [&](std::size_t t) {
+      double* distance = target_distances_.data() + t * popular_.size();
+      for (const correspondence& p : popular_)
+        *distance++ = stem_distance(maps_.target.at[t], maps_.target.at[p.target], maps_.horizontal);
+    };
+    parallel_for(how, "global matching", maps_.target.size(), measure, 64);
+  }
+
+  /// Calls `visit(number, bound)` for the numbers of some correspondences, of which those with one source
+  /// stem follow each other.
+  template <class Visit>
+  void for_each(std::span<const std::uint32_t> numbers, const Visit& visit) const {
+    const distance_cells& cells = finder_.target_distances();
+    const auto& at = maps_.source.at;
+    const double tolerance = finder_.tolerance();
+    if (!distance_cells::countable(std::max(maps_.source.size(), maps_.target.size()))) {
+      for (const std::uint32_t number : numbers) visit(number, std::numeric_limits<std::size_t>::max());
+      return;
+    }
+    std::optional<stem_index> source;
+    std::vector<std::int16_t> counts;      // source stems in each cell of distance
+    std::vector<double> source_distances;  // of the popular ones
+    for (const std::uint32_t number : numbers) {
+      const auto [s, t] = finder_.correspondences()[number];
+      if (source != s) {
+        source = s;
+        counts.assign(cells.cells(), 0);
+        for (const Eigen::Vector3d& p : at) ++counts[cells.cell(stem_distance(at[s], p, maps_.horizontal))];
+        source_distances.clear();
+        for (const correspondence& p : popular_)
+          source_distances.push_back(stem_distance(at[s], at[p.source], maps_.horizontal));
+      }
+      const double* target_distances = target_distances_.data() + t * popular_.size();
+      std::int64_t votes = 0;
+      for (std::size_t p = 0; p < popular_.size(); ++p)
+        votes += std::abs(source_distances[p] - target_distances[p]) < tolerance ? votes_above_few_[p] : 0;
+      const auto near = cells.counts(t);
+      int alike = 0;
+      for (std::size_t c = 0; c < counts.size(); ++c) alike += counts[c] * near[c];
+      visit(number, 1 + std::size_t(votes + few_ * alike) / 3);
+    }
+  }
+
+ private:
+  const consensus_finder& finder_;
+  const map_pair& maps_;
+  std::vector<correspondence> popular_;
+  std::vector<std::int64_t> votes_above_few_;  // of the popular ones
+  std::int64_t few_ = 0;                       // no other has more votes
+  std::vector<double> target_distances_;       // from each target stem to those of the popular ones
+};
+
+/// The pairs that agree with a correspondence, kept as long as there is room. Refers to the finder.
+class agreements {
+ public:
+  static constexpr std::size_t room = 1024;
+
+  explicit agreements(const consensus_finder& finder) : finder_(finder) {}
+
+  /// Makes ready what is asked for, of no more than `room` correspondences.
+  void prepare(std::span<const std::uint32_t> numbers, const execution& how = {}) {
+    if (pairs_with_.size() + numbers.size() > room) pairs_with_.clear();
+    std::vector<std::pair<std::uint32_t, pair_set*>> missing;
+    for (const std::uint32_t c : numbers)
+      if (const auto [entry, is_new] = pairs_with_.try_emplace(c); is_new)
+        missing.push_back({c, &entry->second});
+    parallel_chunks(how, "global matching", missing.size(), 8, [&](std::size_t begin, std::size_t end) {
+      std::vector<std::uint8_t> agrees;
+      for (std::size_t k = begin; k < end; ++k)
+        *missing[k].second = finder_.agreeing_pairs(missing[k].first, agrees);
+    });
+  }
+
+  /// No seed with this correspondence has a larger consensus set.
+  std::size_t bound(std::uint32_t c) const {
+    std::size_t size = 1;  // the seed, which need not agree with itself
+    for (const std::uint64_t bits : pairs_with_.at(c)) size += std::size_t(std::popcount(bits));
+    return size;
+  }
+
+  /// Size of the consensus set of seed `u`, itself included.
+  std::size_t consensus_size(std::size_t u) const {
+    const auto& [a, b, c] = finder_.vertices(u);
+    const pair_set &with_a = pairs_with_.at(a), &with_b = pairs_with_.at(b), &with_c = pairs_with_.at(c);
+    const auto all = [&](std::size_t word) { return with_a[word] & with_b[word] & with_c[word]; };
+    std::size_t size = (all(u / 64) >> u % 64 & 1) == 0;
+    for (std::size_t word = 0; word < with_a.size(); ++word) size += std::size_t(std::popcount(all(word)));
+    return size;
+  }
+
+ private:
+  const consensus_finder& finder_;
+  std::unordered_map<std::uint32_t, pair_set> pairs_with_;
+};
+
+/// Lowers the bound of each pair to that of each of its correspondences, as long as it is `at_least`.
+/// `bound_all(numbers, of_correspondence)` bounds correspondences, whose numbers increase.
+template <class BoundAll>
+void lower_bounds(const consensus_finder& finder, std::size_t at_least, std::vector<std::size_t>& bounds,
+                  const BoundAll& bound_all) {
   constexpr std::size_t unknown = std::numeric_limits<std::size_t>::max();
-  std::vector<std::size_t> of_correspondence(finder.correspondence_count(), unknown);
-  std::vector<std::size_t> bounds(finder.size(), unknown);
-  for (std::size_t i = 0; i < 3; ++i) {  // those of most pairs first: they rule out most
+  std::vector<std::size_t> of_correspondence(finder.correspondences().size(), unknown);
+  for (std::size_t i = 0; i < 3; ++i) {  // those of most votes first: they rule out most
     std::vector<std::uint32_t> wanted;
     for (std::size_t u = 0; u < bounds.size(); ++u)
-      if (bounds[u] >= at_least && of_correspondence[finder.vertices(u)[i]] == unknown) {
-        of_correspondence[finder.vertices(u)[i]] = 0;
-        wanted.push_back(finder.vertices(u)[i]);
+      if (const std::uint32_t c = finder.vertices(u)[i];
+          bounds[u] >= at_least && of_correspondence[c] == unknown) {
+        of_correspondence[c] = 0;
+        wanted.push_back(c);
       }
-    parallel_for(
-        how, "global matching", wanted.size(),
-        [&](std::size_t k) { of_correspondence[wanted[k]] = finder.bound(wanted[k]); }, 64);
+    std::sort(wanted.begin(), wanted.end());
+    bound_all(std::span<const std::uint32_t>(wanted), of_correspondence);
     for (std::size_t u = 0; u < bounds.size(); ++u)
       bounds[u] = std::min(bounds[u], of_correspondence[finder.vertices(u)[i]]);
   }
+}
+
+/// For each pair a number that the consensus set grown from it does not exceed, from votes; once it is less
+/// than `at_least` it is not made any better.
+inline std::vector<std::size_t> consensus_bounds(const consensus_finder& finder, std::size_t at_least,
+                                                 const execution& how = {}) {
+  const vote_bounds by_votes(finder, how);
+  std::vector<std::size_t> bounds(finder.size(), std::numeric_limits<std::size_t>::max());
+  lower_bounds(finder, at_least, bounds, [&](std::span<const std::uint32_t> numbers, auto& bound_of) {
+    parallel_chunks(how, "global matching", numbers.size(), 512, [&](std::size_t begin, std::size_t end) {
+      by_votes.for_each(numbers.subspan(begin, end - begin), [&](std::uint32_t c, std::size_t bound) {
+        bound_of[c] = bound < at_least ? bound : finder.bound(c);
+      });
+    });
+  });
   return bounds;
+}
+
+/// Lowers bounds further, by the pairs that agree with each correspondence.
+inline void lower_bounds_by_agreement(const consensus_finder& finder, std::size_t at_least,
+                                      std::vector<std::size_t>& bounds, agreements& agreeing,
+                                      const execution& how = {}) {
+  lower_bounds(finder, at_least, bounds, [&](std::span<const std::uint32_t> numbers, auto& bound_of) {
+    for (std::size_t begin = 0; begin < numbers.size(); begin += agreements::room) {
+      const auto some = numbers.subspan(begin, std::min(agreements::room, numbers.size() - begin));
+      agreeing.prepare(some, how);
+      for (const std::uint32_t c : some) bound_of[c] = agreeing.bound(c);
+    }
+  });
 }
 
 /// A seed and the size of its consensus set.
@@ -268,14 +382,17 @@ struct seed_consensus {
   }
 };
 
-/// The best of some seeds, all of them looked at.
+/// The best of some seeds, all of them looked at. At most a third of `agreements::room`.
 inline seed_consensus best_seed(const consensus_finder& finder, std::span<const std::uint32_t> seeds,
-                                const execution& how = {}) {
+                                agreements& agreeing, const execution& how = {}) {
+  std::vector<std::uint32_t> vertices;
+  for (const std::uint32_t u : seeds)
+    vertices.insert(vertices.end(), finder.vertices(u).begin(), finder.vertices(u).end());
+  agreeing.prepare(vertices, how);
   std::vector<std::size_t> sizes(seeds.size());
-  parallel_chunks(how, "global matching", seeds.size(), 8, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::uint8_t> agreeing;
-    for (std::size_t k = begin; k < end; ++k) sizes[k] = finder.consensus_size(seeds[k], agreeing);
-  });
+  parallel_for(
+      how, "global matching", seeds.size(),
+      [&](std::size_t k) { sizes[k] = agreeing.consensus_size(seeds[k]); }, 32);
   seed_consensus best{seeds.front(), sizes.front()};
   for (std::size_t k = 1; k < seeds.size(); ++k)
     if (const seed_consensus other{seeds[k], sizes[k]}; other.beats(best)) best = other;
@@ -294,27 +411,32 @@ struct consensus_search {
 /// `sufficient` > 0 the search ends when a set of this size is found. At least one pair is needed.
 inline consensus_search largest_consensus(const consensus_finder& finder, std::size_t sufficient = 0,
                                           const execution& how = {}) {
-  constexpr std::size_t batch = 128;
+  constexpr std::size_t batch = 256;
+  agreements agreeing(finder);
   std::vector<std::uint32_t> order(finder.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return finder.votes(a) > finder.votes(b); });
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return finder.votes_for(a) > finder.votes_for(b);
+  });
   std::size_t looked_at = std::min(batch, order.size());
-  seed_consensus best = best_seed(finder, std::span(order).first(looked_at), how);
-  if (sufficient > 0 && best.size >= sufficient) return {best, std::move(order), looked_at};
+  seed_consensus best = best_seed(finder, std::span(order).first(looked_at), agreeing, how);
+  const auto done = [&] { return sufficient > 0 && best.size >= sufficient; };
+  if (looked_at == order.size() || done()) return {best, std::move(order), looked_at};
 
-  const auto bounds = consensus_bounds(finder, best.size, how);
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return bounds[a] > bounds[b]; });
-  for (std::size_t begin = 0; begin < order.size(); begin += batch) {
-    const auto can_win = [&](std::uint32_t u) { return bounds[u] >= best.size; };
-    const auto next = std::span(order).subspan(begin, std::min(batch, order.size() - begin));
+  auto bounds = consensus_bounds(finder, best.size, how);
+  const auto promises_more = [&](std::uint32_t a, std::uint32_t b) { return bounds[a] > bounds[b]; };
+  const auto can_win = [&](std::uint32_t u) { return bounds[u] >= best.size; };
+  std::stable_sort(order.begin(), order.end(), promises_more);
+  std::vector<std::uint32_t> seeds(order.begin(), std::partition_point(order.begin(), order.end(), can_win));
+  lower_bounds_by_agreement(finder, best.size, bounds, agreeing, how);
+  std::stable_sort(seeds.begin(), seeds.end(), promises_more);
+  for (std::size_t begin = 0; begin < seeds.size() && !done(); begin += batch) {
+    const auto next = std::span(seeds).subspan(begin, std::min(batch, seeds.size() - begin));
     const auto end = std::partition_point(next.begin(), next.end(), can_win);
     if (end == next.begin()) break;
     looked_at += std::size_t(end - next.begin());
-    const seed_consensus other = best_seed(finder, {next.begin(), end}, how);
+    const seed_consensus other = best_seed(finder, {next.begin(), end}, agreeing, how);
     if (other.beats(best)) best = other;
-    if (sufficient > 0 && best.size >= sufficient) break;
   }
   return {best, std::move(order), looked_at};
 }
@@ -333,7 +455,7 @@ inline std::vector<hypothesis> match_globally(const map_pair& maps, std::span<co
   std::vector<hypothesis> hypotheses;
   const auto verify_seed = [&](std::size_t seed) {
     const auto consensus = finder.consensus(seed);
-    auto h = verify(maps, vote_correspondences(pairs, consensus), tolerance);
+    auto h = verify(maps, vote_correspondences(finder, consensus), tolerance);
     if (!h) return;
     h->consensus = consensus.size();
     add_distinct(std::move(*h), hypotheses, maps);
