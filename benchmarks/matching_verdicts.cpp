@@ -16,6 +16,7 @@
 #include <functional>
 #include <iomanip>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,7 +31,26 @@ struct trial {
   std::string layout;
   double noise = 0, overlap = 0;
   two_maps maps;
+  double spacing = 0;  ///< [m] of a square lattice whose places are its multiples, in the source's frame
 };
+
+/// A stem as a caller has it who measured radii.
+struct measured_stem {
+  double x, y, z, radius;
+};
+
+std::vector<measured_stem> with_radii(const positions& stems, const std::vector<double>& radii) {
+  std::vector<measured_stem> measured;
+  for (std::size_t i = 0; i < stems.size(); ++i)
+    measured.push_back({stems[i].x(), stems[i].y(), stems[i].z(), radii[i]});
+  return measured;
+}
+
+/// What is not told by the suite.
+struct further_view {
+  std::optional<double> radius_noise = {};  ///< [m] of radii, where maps carry them
+  bool horizontal = false;                  ///< heights are ignored
+} further;
 
 using draw = std::function<trial(random_source&)>;
 
@@ -44,16 +64,27 @@ std::size_t any_size(double least, double most, random_source& random) {
   return std::size_t(std::round(least * std::pow(most / least, random.uniform())));
 }
 
-/// Maps of different stands of one kind.
+/// Hills of some 60 to 190 m, anywhere.
+relief any_ground(random_source& random) {
+  return {uniform(random, 10, 30), uniform(random, 10, 30), uniform(random, -3, 3), uniform(random, -3, 3)};
+}
+
+/// Maps of different stands of one kind, on different ground.
 trial different_stands(random_source& random) {
   trial t;
   t.layout = any_of<std::string>({"random", "rows", "clumped"}, random);
   t.noise = any_of<double>({0.02, 0.10}, random);
-  const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
+  const double jitter = uniform(random, 0.10, 0.15);
   const std::size_t stems = any_size(20, 500, random);
-  const auto view = [&] { return overlapping_maps(t.layout, stems, 1, {.noise = t.noise}, random, stand); };
+  const view_options noisy{.noise = t.noise, .radius_noise = further.radius_noise};
+  const auto view = [&] {
+    return overlapping_maps(t.layout, stems, 1, noisy, random,
+                            {.jitter = jitter, .ground = any_ground(random)});
+  };
   t.maps = view();
-  t.maps.target = view().target;
+  two_maps other = view();
+  t.maps.target = std::move(other.target);
+  t.maps.target_radii = std::move(other.target_radii);
   t.maps.common = 0;
   return t;
 }
@@ -68,7 +99,8 @@ draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, dou
     t.overlap = uniform(random, least_overlap, most_overlap);
     const view_options view{.noise = t.noise,
                             .detected = uniform(random, least_detected, 1),
-                            .false_stems = uniform(random, 0, most_false)};
+                            .false_stems = uniform(random, 0, most_false),
+                            .radius_noise = further.radius_noise};
     const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
     t.maps = overlapping_maps(t.layout, any_size(20, 500, random), t.overlap, view, random, stand);
     return t;
@@ -81,10 +113,11 @@ draw planted_lattice(double missing, std::size_t least_gaps) {
     trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice",
             .noise = 0.02,
             .overlap = 1,
-            .maps = {}};
+            .maps = {},
+            .spacing = 0};
     std::size_t gaps = 0;
     do {
-      const double spacing = uniform(random, 2, 4);
+      const double spacing = t.spacing = uniform(random, 2, 4);
       const auto columns = 10 + random.below(11), rows = 10 + random.below(11);
       positions stems;
       gaps = 0;
@@ -96,8 +129,10 @@ draw planted_lattice(double missing, std::size_t least_gaps) {
             stems.push_back({c * spacing, r * spacing, 0});
         }
       const double all = columns * spacing;
-      t.maps = look_twice(stems, all, all, {.noise = t.noise, .detected = 0.98, .false_stems = 0},
-                          any_yaw_elsewhere(random), random);
+      t.maps = look_twice(
+          stems, all, all,
+          {.noise = t.noise, .detected = 0.98, .false_stems = 0, .radius_noise = further.radius_noise},
+          any_yaw_elsewhere(random), random);
     } while (gaps < least_gaps);
     return t;
   };
@@ -121,11 +156,56 @@ struct result {
 
 result run(trial&& t) {
   result r{std::move(t), {}};
-  r.match = match_stems(r.of.maps.source, r.of.maps.target);
+  const two_maps& maps = r.of.maps;
+  matching_options options;
+  options.horizontal = further.horizontal;
+  r.match = further.radius_noise ? match_stems(with_radii(maps.source, maps.source_radii),
+                                               with_radii(maps.target, maps.target_radii), options)
+                                 : match_stems(maps.source, maps.target, options);
   r.best_right = r.of.maps.common > 0 && !r.match.hypotheses.empty() &&
                  mean_error(r.match.hypotheses.front().target_from_source, r.of.maps.target_from_source,
                             r.of.maps.source) < std::max(0.3, 3 * r.of.noise);
   return r;
+}
+
+/// Whether a motion differs from the true one by a shift and a turn of the lattice onto itself: it lays
+/// places of the lattice on places.
+bool is_of_the_lattice(const trial& t, const Eigen::Isometry3d& target_from_source) {
+  const Eigen::Isometry3d own = t.maps.target_from_source.inverse() * target_from_source;
+  const auto nearest_place = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector2d(t.spacing * (p.head<2>() / t.spacing).array().round().matrix());
+  };
+  const double near = std::max(0.1, 3 * t.noise);
+  return std::all_of(t.maps.source.begin(), t.maps.source.end(), [&](const Eigen::Vector3d& p) {
+    Eigen::Vector3d place(0, 0, p.z());
+    place.head<2>() = nearest_place(p);
+    const Eigen::Vector3d laid = own * place;
+    return (laid.head<2>() - nearest_place(laid)).norm() < near;
+  });
+}
+
+/// Whether the lattice that was reported is that of the trial: square, of its spacing.
+bool reports_the_lattice(const result& r) {
+  constexpr double near = 0.05;  // [m]
+  const auto& rows = r.match.rows;
+  return rows && std::abs(rows->first.norm() - r.of.spacing) < near &&
+         std::abs(rows->second.norm() - r.of.spacing) < near && rows->turns().size() == 4;
+}
+
+/// Rivals of stands on a lattice: are they its shifts times its symmetries?
+void print_rivals(const std::vector<result>& results) {
+  std::size_t hypotheses = 0, of_the_lattice = 0, with_rivals = 0, reported = 0;
+  for (const result& r : results) {
+    for (const hypothesis& h : r.match.hypotheses) {
+      ++hypotheses;
+      of_the_lattice += is_of_the_lattice(r.of, h.target_from_source);
+    }
+    with_rivals += r.match.hypotheses.size() > 1;
+    reported += reports_the_lattice(r);
+  }
+  std::cout << "\nhypotheses " << hypotheses << ", of these shifts times symmetries of the lattice "
+            << of_the_lattice << "; pairs with rivals " << with_rivals << ", with the lattice reported "
+            << reported << ", of " << results.size() << "\n\n";
 }
 
 void print(std::string_view title, const std::vector<result>& results,
@@ -153,7 +233,8 @@ void write_line(std::ostream& csv, std::string_view suite, const result& r) {
       << r.match.funnel.correspondences << ',' << (h.empty() ? none : h[0].log10_false_alarms) << ','
       << (h.empty() ? none : h[0].log10_false_alarms_at_random) << ','
       << (h.size() < 2 ? none : h[1].log10_false_alarms) << ','
-      << (h.size() < 2 ? 0 : h[1].correspondences.size()) << ',' << r.match.probability << '\n';
+      << (h.size() < 2 ? 0 : h[1].correspondences.size()) << ',' << r.match.probability << ','
+      << (h.empty() ? "" : to_string(h[0].told_by)) << '\n';
 }
 
 /// Coefficients of `probability_of` that make the outcomes most likely: Newton's method, with hardly any
@@ -221,6 +302,9 @@ int main(int argc, char** argv) {
   app.add_option("--pairs", pairs, "of each suite; 0: 1000, of lattices 100, of calibration 2000")
       ->capture_default_str();
   app.add_option("--seed", seed, "of all that is random")->capture_default_str();
+  app.add_option("--radii", further.radius_noise,
+                 "[m] noise of stem radii, which differ by 2 cm; no radii if not given");
+  app.add_flag("--horizontal", further.horizontal, "ignore heights");
   app.add_option("--csv", csv_file, "file with a line for each pair")->capture_default_str();
 
   return support::run_program(app, argc, argv, [&] {
@@ -235,7 +319,7 @@ int main(int argc, char** argv) {
     };
     support::atomic_file csv(csv_file);
     csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,"
-                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability\n";
+                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability,told_by\n";
     std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | "
                  "not registered |\n"
                  "|---|---|---|---|---|---|---|\n";
@@ -253,9 +337,15 @@ int main(int argc, char** argv) {
       if (s.name == "fit")
         std::cout << "\nconstant, by_alarms, by_lead, by_pairs: " << fit_logistic(results).transpose()
                   << "\n";
-      if (s.name == "one")
-        print("of these 12 common stems or more", results,
-              [](const result& r) { return r.of.maps.common >= 12; });
+      if (s.name == "lattice") print_rivals(results);
+      if (s.name == "one") {
+        const auto enough = [](const result& r) { return r.of.maps.common >= 12; };
+        print("of these 12 common stems or more", results, enough);
+        for (const char* layout : {"random", "clumped", "rows"})
+          for (const double noise : {0.02, 0.10})
+            print(std::string("of these ") + layout + ", " + (noise < 0.05 ? "2 cm" : "10 cm"), results,
+                  [&](const result& r) { return enough(r) && r.of.layout == layout && r.of.noise == noise; });
+      }
     }
     csv.commit();
     return support::done;

@@ -54,8 +54,8 @@ TEST_CASE("gaps tell the true motion from all others of the lattice, wherever th
     const two_scans scans(stand, stand, random);
     for (const hypothesis& start : {shifted(0, 0), shifted(3, -2)}) {
       const lattice_gaps gaps(scans.maps, rows_3m, start.target_from_source);
-      CHECK(gaps.log10_false_alarms(shifted(0, 0).target_from_source) < -5);
-      CHECK(gaps.log10_false_alarms(shifted(1, 0).target_from_source) > -2);
+      CHECK(gaps.testimony_of(shifted(0, 0).target_from_source).log10_false_alarms < -5);
+      CHECK(gaps.testimony_of(shifted(1, 0).target_from_source).log10_false_alarms > -2);
       const auto proposed = gaps.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
@@ -71,7 +71,8 @@ TEST_CASE("gaps of different stands are no evidence") {
     random_source random(seed);
     const two_scans scans(with_gaps(16, 14, 0.1, random), with_gaps(14, 16, 0.15, random), random);
     const lattice_gaps gaps(scans.maps, rows_3m, shifted(1, 1).target_from_source);
-    for (const hypothesis& h : gaps.propose(8)) CHECK(gaps.log10_false_alarms(h.target_from_source) > -3);
+    for (const hypothesis& h : gaps.propose(8))
+      CHECK(gaps.testimony_of(h.target_from_source).log10_false_alarms > -3);
   }
 }
 
@@ -81,7 +82,7 @@ TEST_CASE("a lattice without gaps tells nothing") {
   const map_pair maps(stand, stand, true, degrees_of_freedom::four);
   const lattice_gaps gaps(maps, rows_3m, shifted(0, 0).target_from_source);
   CHECK(gaps.propose(8).empty());
-  CHECK(gaps.log10_false_alarms(Eigen::Isometry3d::Identity()) > 0);
+  CHECK(gaps.testimony_of(Eigen::Isometry3d::Identity()).log10_false_alarms > 0);
 }
 
 }  // namespace globalmatch

@@ -43,8 +43,8 @@ TEST_CASE("misfits tell the true motion from all others of the lattice, wherever
     const two_scans scans(stand, stand, random);
     for (const Eigen::Isometry3d& start : {shifted(0, 0), shifted(3, -2), shifted(-8, 5)}) {
       const lattice_misfits misfits(scans.maps, rows_3m, start);
-      CHECK(misfits.log10_false_alarms(shifted(0, 0)) < -5);
-      CHECK(misfits.log10_false_alarms(shifted(1, 0)) > -2);
+      CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms < -5);
+      CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
       const auto proposed = misfits.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
@@ -59,8 +59,8 @@ TEST_CASE("some stems of many are enough") {
   const positions stand = planted(30, 30, random);
   const two_scans scans(stand, stand, random);
   const lattice_misfits misfits(scans.maps, rows_3m, shifted(4, 1));
-  CHECK(misfits.log10_false_alarms(shifted(0, 0)) < -20);
-  CHECK(misfits.log10_false_alarms(shifted(1, 0)) > -2);
+  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms < -20);
+  CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
 }
 
 TEST_CASE("misfits of different stands are no evidence") {
@@ -71,7 +71,8 @@ TEST_CASE("misfits of different stands are no evidence") {
     const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
     const auto proposed = misfits.propose(8);
     REQUIRE(proposed.size() == 8);
-    for (const hypothesis& h : proposed) CHECK(misfits.log10_false_alarms(h.target_from_source) > -3);
+    for (const hypothesis& h : proposed)
+      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
   }
 }
 
@@ -86,7 +87,7 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
     const two_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
     const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
     for (const hypothesis& h : misfits.propose(8))
-      CHECK(misfits.log10_false_alarms(h.target_from_source) > -3);
+      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
   }
 }
 
@@ -95,7 +96,7 @@ TEST_CASE("a few stems are told apart by nothing") {
   const positions stand = planted(4, 4, random);
   const two_scans scans(stand, stand, random);
   const lattice_misfits misfits(scans.maps, rows_3m, shifted(0, 0));
-  CHECK(misfits.log10_false_alarms(shifted(0, 0)) == 0);
+  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms == 0);
   CHECK(misfits.propose(8).empty());
 }
 
@@ -104,7 +105,7 @@ TEST_CASE("where motions are too many to be looked at nothing is told") {
   const positions stand = planted(100, 100, random);
   const two_scans scans(stand, stand, random);
   const lattice_misfits misfits(scans.maps, rows_3m, shifted(0, 0));
-  CHECK(misfits.log10_false_alarms(shifted(0, 0)) == 0);
+  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms == 0);
   CHECK(misfits.propose(8).empty());
 }
 

@@ -37,9 +37,11 @@ struct correspondence {
 
 /// What the false alarms of a hypothesis were judged by.
 enum class witness {
-  stems,   ///< how many of them meet
-  gaps,    ///< of a stand in rows: how many of its gaps meet, which tells more
-  misfits  ///< of a stand in rows: how well its stems meet, which tells more
+  stems,    ///< how many of them meet
+  gaps,     ///< of a stand in rows: how many of its gaps meet, which tells more
+  misfits,  ///< of a stand in rows: how well its stems meet, which tells more
+  heights,  ///< how well the heights of stems agree, which tells more: the terrain under both maps
+  radii     ///< how well the radii of stems agree, which tells more
 };
 
 /// The witness's name, as in the JSON output.
@@ -51,9 +53,19 @@ inline std::string_view to_string(witness w) {
       return "gaps";
     case witness::misfits:
       return "misfits";
+    case witness::heights:
+      return "heights";
+    case witness::radii:
+      return "radii";
   }
   return "unknown";
 }
+
+/// What a witness says of a motion.
+struct testimony {
+  double log10_false_alarms = 0;  ///< motions that would do as well by chance
+  witness told_by = witness::stems;
+};
 
 /// A motion that may be the right one, and what speaks for it.
 struct hypothesis {

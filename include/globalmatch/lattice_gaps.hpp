@@ -37,10 +37,9 @@ class lattice_gaps {
     turns_ = rows.turns();
   }
 
-  /// Logarithm to base 10 of the expected number of motions of the lattice onto itself that would, by chance,
-  /// lay as many gaps of the source on gaps of the target: each lies on one with the share of the places that
-  /// are gaps.
-  double log10_false_alarms(const Eigen::Isometry3d& target_from_source) const {
+  /// Motions of the lattice onto itself that would, by chance, lay as many gaps of the source on gaps of the
+  /// target: each lies on one with the share of the places that are gaps.
+  testimony testimony_of(const Eigen::Isometry3d& target_from_source) const {
     const double gaps = double(target_.size()), stems = double(maps_.target.size());
     double met = 0, tries = 0;
     for (const Eigen::Vector2d& gap : source_) {
@@ -50,7 +49,8 @@ class lattice_gaps {
       tries += meets || maps_.target_plan->any_within(laid.x(), laid.y(), rows_.reach());
     }
     const double motions = double(turns_.size()) * (gaps + stems + double(maps_.source.size()));
-    return (std::log(motions) + log_binomial_tail(met, tries, gaps / (gaps + stems))) / std::numbers::ln10;
+    const double chance = log_binomial_tail(met, tries, gaps / (gaps + stems));
+    return {(std::log(motions) + chance) / std::numbers::ln10, witness::gaps};
   }
 
   /// Hypotheses of the motions that lay most gaps on gaps, at most `most`, verified over all stems as far as

@@ -25,7 +25,7 @@ using stem_index = std::uint32_t;
 /// Specialise to make a foreign type a point: `static auto xyz(const P&)` returns anything with `[0] [1] [2]`
 /// (or `[0] [1]` and `static constexpr int dimension = 2` for a position in plan). Optional members:
 /// `radius(const P&)` [m] and `position_sigma(const P&)` [m]. Types with `.x .y .z`, or of a fixed size with
-/// `[0] [1] [2]`, need no specialisation.
+/// `[0] [1] [2]`, need no specialisation; a member `.radius` [m] is read as well.
 template <class P>
 struct point_traits;
 
@@ -136,6 +136,24 @@ template <class P>
 concept has_position_sigma = requires(const P& p) {
   { point_traits<P>::position_sigma(p) } -> std::convertible_to<double>;
 };
+
+/// A stem position that knows how thick the stem is.
+template <class P>
+concept has_radius = requires(const P& p) {
+  { point_traits<P>::radius(p) } -> std::convertible_to<double>;
+}
+|| (!detail::has_point_traits<P> && requires(const P& p) {
+  { p.radius } -> std::convertible_to<double>;
+});
+
+/// Radius [m] as the caller knows it.
+template <has_radius P>
+double radius_of(const P& p) {
+  if constexpr (detail::has_point_traits<P>)
+    return double(point_traits<P>::radius(p));
+  else
+    return double(p.radius);
+}
 
 /// Points that are computed from their index: `at(i)` for i in [0, size). The views below are of this type.
 template <class At>

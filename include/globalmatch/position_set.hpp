@@ -28,6 +28,7 @@ struct position_set {
   std::vector<Eigen::Vector3d> at;   ///< [m] levelled local frame
   std::vector<stem_index> original;  ///< index of each in the caller's range
   std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
+  std::vector<double> radius;        ///< [m] of each stem, 0 where unknown; empty when none is known
   bool has_heights = true;           ///< false: positions in plan, all heights are 0
 
   std::size_t size() const { return at.size(); }
@@ -49,10 +50,10 @@ inline void replace_unknown(std::vector<double>& sigma) {
 
 }  // namespace detail
 
-/// Reads the caller's positions, and how uncertain they are where their type says so (`point_traits`). `name`
-/// ("source", "target") is for messages. Throws `std::invalid_argument` when a coordinate is not finite or
-/// beyond 1e12 m, or a standard deviation negative or not finite, and
-/// `operation_cancelled`.
+/// Reads the caller's positions, and how uncertain and how thick they are where their type says so
+/// (`point_traits`). `name` ("source", "target") is for messages. A radius that is not positive and finite is
+/// unknown. Throws `std::invalid_argument` when a coordinate is not finite or beyond 1e12 m, or a standard
+/// deviation negative or not finite, and `operation_cancelled`.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
                               const execution& how = {}) {
@@ -63,11 +64,12 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   const Eigen::Matrix3d levelling = levelling_rotation(up);
   if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
   struct entry {
-    double x, y, z, sigma;
+    double x, y, z, sigma, radius;
     stem_index original;
     auto operator<=>(const entry&) const = default;
   };
   constexpr bool has_sigma = has_position_sigma<std::ranges::range_value_t<R>>;
+  constexpr bool has_radii = has_radius<std::ranges::range_value_t<R>>;
   std::vector<entry> given;
   for (const auto& position : positions) {
     if (given.size() % often == 0) report_progress(how, "positions", 0);
@@ -85,7 +87,12 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
         throw std::invalid_argument(std::string(name) + ": position_sigma " + std::to_string(given.size()) +
                                     " is negative or not finite; 0 stands for unknown");
     }
-    given.push_back({p.x(), p.y(), p.z(), sigma, static_cast<stem_index>(given.size())});
+    double radius = 0;
+    if constexpr (has_radii) {
+      radius = radius_of(position);
+      if (!(radius > 0 && std::isfinite(radius))) radius = 0;
+    }
+    given.push_back({p.x(), p.y(), p.z(), sigma, radius, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
   if (given.size() > often) report_progress(how, "positions", 0.5);
@@ -96,8 +103,10 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     set.at.push_back(set.frame.to_local({e.x, e.y, e.z}));
     set.original.push_back(e.original);
     if constexpr (has_sigma) set.sigma.push_back(e.sigma);
+    if constexpr (has_radii) set.radius.push_back(e.radius);
   }
   detail::replace_unknown(set.sigma);
+  if (std::all_of(set.radius.begin(), set.radius.end(), [](double r) { return r == 0; })) set.radius.clear();
   return set;
 }
 

@@ -225,22 +225,24 @@ inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
 /// Of a stand in rows: adds what its gaps or misfits tell, to the evidence and to the hypotheses, and ranks
 /// them.
 template <class Rows>
-void weigh_by(witness told_by, const Rows& rows, std::vector<hypothesis>& hypotheses, const map_pair& maps,
+void weigh_by(const Rows& rows, double reach, std::vector<hypothesis>& hypotheses, const map_pair& maps,
               const chance& by_chance, std::span<const double> tolerances) {
   constexpr std::size_t most = 16;  // motions of the lattice that are tried
   constexpr double telling = -2;    // log10 of false alarms: the best of all motions of the lattice is near 0
-  for (hypothesis& h : rows.propose(most)) {
+  std::vector<hypothesis> laid = rows.propose(most);
+  // A few stems that happen to meet closely are a hypothesis as well, though most stems say where it lies.
+  for (const hypothesis& h : hypotheses)
+    if (auto with_all = verify(maps, maps.pair_stems(h.target_from_source, reach), reach))
+      laid.push_back(std::move(*with_all));
+  std::vector<hypothesis> distinct = std::move(hypotheses);
+  for (hypothesis& h : laid) {
     // In rows chance explains as much at any tolerance; that of what was found so far may not fit the stems.
     const double tolerance = tolerance_of_scatter(maps, h, tolerances);
     weigh(h, maps, by_chance, std::span(&tolerance, 1));
-    hypotheses.push_back(std::move(h));
-  }
-  std::vector<hypothesis> distinct;
-  for (hypothesis& h : hypotheses) {
-    const double alarms = rows.log10_false_alarms(h.target_from_source);
-    if (alarms < std::min(h.log10_false_alarms, telling)) {
-      h.told_by = told_by;
-      h.log10_false_alarms = alarms;
+    const testimony told = rows.testimony_of(h.target_from_source);
+    if (told.log10_false_alarms < std::min(h.log10_false_alarms, telling)) {
+      h.told_by = told.told_by;
+      h.log10_false_alarms = told.log10_false_alarms;
     }
     add_distinct(std::move(h), distinct, maps);
   }
@@ -272,11 +274,11 @@ inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const 
   const auto rows = ask() ? find_lattice(*maps.target_plan) : std::nullopt;
   if (rows) {
     const lattice_gaps gaps(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
-    weigh_by(witness::gaps, gaps, settled, maps, by_chance, tolerances);
+    weigh_by(gaps, rows->reach(), settled, maps, by_chance, tolerances);
   }
   if (rows && ask()) {
     const lattice_misfits misfits(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
-    weigh_by(witness::misfits, misfits, settled, maps, by_chance, tolerances);
+    weigh_by(misfits, rows->reach(), settled, maps, by_chance, tolerances);
   }
   keep_best(settled, options.most_hypotheses);
   complete_pairs(settled.front(), maps, tolerances);
