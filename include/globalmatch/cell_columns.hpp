@@ -80,8 +80,8 @@ class cell_columns {
     return {std::size_t(first - parts_.columns.begin()), std::size_t(last - parts_.columns.begin())};
   }
 
-  /// Calls `visit(begin, end)` for the runs of points whose columns lie within `reach` [m] of (x, y) in plan,
-  /// in each coordinate: all points nearer than that, and some others.
+  /// Calls `visit(begin, end)`, increasing, for the runs of points whose columns lie within `reach` [m] of
+  /// (x, y) in plan, in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
     const auto clamped = [](double v) {
