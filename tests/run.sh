@@ -7,4 +7,4 @@ source cmake/setup.sh
 install_missing
 configure_release
 cmake --build build/release
-ctest --test-dir build/release --output-on-failure --no-tests=error
+ctest --test-dir build/release --output-on-failure --no-tests=error --parallel "$CMAKE_BUILD_PARALLEL_LEVEL"
