@@ -1,5 +1,6 @@
 #include "globalmatch/cell_columns.hpp"
 
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <tuple>
@@ -73,6 +74,36 @@ TEST_CASE("runs near a place hold all points within reach, and none far away") {
     CHECK(complete);
     CHECK(near);
   }
+}
+
+TEST_CASE("a window holds the columns around one that a search among all finds, wherever it is moved") {
+  random_source random(4);
+  const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 3000, 10)), 0.2);
+  const auto around = [&](std::size_t column, std::int32_t reach) {
+    std::vector<std::size_t> found;
+    const auto& center = cells.column_at(column);
+    for (std::size_t c = 0; c < cells.columns(); ++c)
+      if (std::max(std::abs(cells.column_at(c).x - center.x), std::abs(cells.column_at(c).y - center.y)) <=
+          reach)
+        found.push_back(c);
+    return found;
+  };
+  column_window window(cells);
+  const auto agrees_at = [&](std::size_t column) {
+    window.move_to(column);
+    bool same = true;
+    for (std::int32_t reach = 0; reach <= column_window::widest; ++reach) {
+      std::vector<std::size_t> found;
+      window.for_each_within(reach, [&](std::size_t c) { found.push_back(c); });
+      same = same && found == around(column, reach);
+    }
+    return same;
+  };
+  bool same = true;
+  for (std::size_t column = 0; column < cells.columns(); ++column) same = same && agrees_at(column);
+  CHECK(same);
+  for (int repetition = 0; repetition < 200; ++repetition)  // back and forth as well
+    CHECK(agrees_at(random.below(static_cast<std::uint32_t>(cells.columns()))));
 }
 
 TEST_CASE("cells are the same bits for 1, 2 and 8 threads") {

@@ -204,6 +204,15 @@ TEST_CASE("hypotheses differ when they lay the stems further apart than the dist
   CHECK(differ(a, b, maps, 0.1));
 }
 
+TEST_CASE("every witness has a name of its own") {
+  CHECK(to_string(witness::stems) == "stems");
+  CHECK(to_string(witness::gaps) == "gaps");
+  CHECK(to_string(witness::misfits) == "misfits");
+  CHECK(to_string(witness::heights) == "heights");
+  CHECK(to_string(witness::radii) == "radii");
+  CHECK(to_string(static_cast<witness>(99)) == "unknown");
+}
+
 TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger consensus") {
   hypothesis best, fewer, farther, lonelier;
   best.correspondences = farther.correspondences = lonelier.correspondences = same_indices(5);

@@ -1,6 +1,8 @@
 #include "globalmatch/lattice_misfits.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
@@ -13,15 +15,15 @@ namespace {
 
 const lattice rows_3m{{3, 0}, {0, 3}};
 
-/// Two scans, with 5 cm of noise.
+/// Two scans, with 5 cm of noise. Stems keep their order.
 struct two_scans {
   position_set source, target;
   map_pair maps;
 
-  two_scans(const positions& first, const positions& second, random_source& random)
+  two_scans(const positions& first, const positions& second, random_source& random, bool horizontal = true)
       : source(scenes::set_in_order(scenes::noisy(first, 0.05, random))),
         target(scenes::set_in_order(scenes::noisy(second, 0.05, random))),
-        maps(source, target, true, degrees_of_freedom::four) {}
+        maps(source, target, horizontal, degrees_of_freedom::four) {}
 };
 
 Eigen::Isometry3d shifted(int columns, int rows) {
@@ -31,6 +33,28 @@ Eigen::Isometry3d shifted(int columns, int rows) {
 /// Trees that were planted 12 cm off their places.
 positions planted(int columns, int rows, random_source& random) {
   return scenes::noisy(scenes::lattice(columns, rows, 3), 0.12, random);
+}
+
+/// Ground that rolls by some metres, anew every 12 to 30 m.
+positions on_hills(positions stems, random_source& random) {
+  const double along_x = scenes::uniform(random, 2, 5), along_y = scenes::uniform(random, 2, 5);
+  const double start_x = scenes::uniform(random, -3, 3), start_y = scenes::uniform(random, -3, 3);
+  for (Eigen::Vector3d& p : stems)
+    p.z() = 2 * std::sin(p.x() / along_x + start_x) + 1.5 * std::cos(p.y() / along_y + start_y);
+  return stems;
+}
+
+/// Radii that differ by 2 cm, as in most stands.
+std::vector<double> any_radii(std::size_t stems, random_source& random) {
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < stems; ++i) radii.push_back(std::max(0.04, 0.12 + 0.02 * random.normal()));
+  return radii;
+}
+
+/// The radii as a scan measures them, to 5 mm.
+std::vector<double> measured(std::vector<double> radii, random_source& random) {
+  for (double& r : radii) r += 0.005 * random.normal();
+  return radii;
 }
 
 }  // namespace
@@ -85,6 +109,116 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
     CAPTURE(seed);
     random_source random(seed);
     const two_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
+    const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
+    for (const hypothesis& h : misfits.propose(8))
+      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
+  }
+}
+
+TEST_CASE("in perfect rows the heights tell the true motion, where the ground rolls and heights count") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
+    const two_scans scans(stand, stand, random, false);
+    const lattice_misfits misfits(scans.maps, rows_3m, shifted(3, -2));
+    const testimony told = misfits.testimony_of(shifted(0, 0));
+    CHECK(told.log10_false_alarms < -3);
+    CHECK(told.told_by == witness::heights);
+    CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
+    const auto proposed = misfits.propose(1);
+    REQUIRE(proposed.size() == 1);
+    CHECK(scenes::largest_error(proposed.front().target_from_source, shifted(0, 0), stand) < 0.1);
+
+    const map_pair in_plan(scans.source, scans.target, true, degrees_of_freedom::four);
+    CHECK(lattice_misfits(in_plan, rows_3m, shifted(3, -2)).testimony_of(shifted(0, 0)).log10_false_alarms >
+          -2);
+  }
+}
+
+TEST_CASE("heights tell the same when one map lies higher by any amount") {
+  random_source random(1);
+  const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
+  const two_scans scans(stand, stand, random, false);
+  const lattice_misfits misfits(scans.maps, rows_3m, shifted(3, -2));
+  CHECK(misfits.testimony_of(scenes::yaw_and_shift(0, {0, 0, 80})).log10_false_alarms ==
+        Approx(misfits.testimony_of(shifted(0, 0)).log10_false_alarms));
+}
+
+TEST_CASE("in perfect rows on level ground the radii tell the true motion, where both maps have them") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stand = scenes::lattice(14, 12, 3);
+    const auto radii = any_radii(stand.size(), random);
+    two_scans scans(stand, stand, random);
+    scans.source.radius = measured(radii, random);
+    const auto told_of = [&](const Eigen::Isometry3d& motion) {
+      return lattice_misfits(scans.maps, rows_3m, shifted(3, -2)).testimony_of(motion);
+    };
+    CHECK(told_of(shifted(0, 0)).log10_false_alarms > -2);
+
+    scans.target.radius = measured(radii, random);
+    CHECK(told_of(shifted(0, 0)).log10_false_alarms < -20);
+    CHECK(told_of(shifted(0, 0)).told_by == witness::radii);
+    CHECK(told_of(shifted(1, 0)).log10_false_alarms > -2);
+  }
+}
+
+TEST_CASE("radii that are larger by as much in one map tell the same, and unknown ones are left out") {
+  random_source random(1);
+  const positions stand = scenes::lattice(14, 12, 3);
+  const auto radii = any_radii(stand.size(), random);
+  two_scans scans(stand, stand, random);
+  scans.source.radius = measured(radii, random);
+  scans.target.radius = measured(radii, random);
+  const auto alarms = [&] {
+    return lattice_misfits(scans.maps, rows_3m, shifted(3, -2))
+        .testimony_of(shifted(0, 0))
+        .log10_false_alarms;
+  };
+  const double before = alarms();
+  for (double& r : scans.target.radius) r += 0.03;
+  CHECK(alarms() == Approx(before).margin(0.01));
+
+  for (double& r : scans.source.radius)
+    if (random.uniform() < 0.5) r = 0;
+  CHECK(alarms() < -10);
+  CHECK(alarms() > before + 10);
+  std::fill(scans.source.radius.begin() + 11, scans.source.radius.end(), 0);
+  CHECK(alarms() > -2);
+}
+
+TEST_CASE("what the misfits and the radii tell a little each they tell together") {
+  double by_misfits = 0, by_radii = 0, together = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    random_source random(seed);
+    const positions perfect = scenes::lattice(10, 9, 3), stand = scenes::noisy(perfect, 0.07, random);
+    two_scans crooked(stand, stand, random), straight(perfect, perfect, random);
+    const auto alarms = [](const two_scans& scans) {
+      return lattice_misfits(scans.maps, rows_3m, shifted(0, 0))
+          .testimony_of(shifted(0, 0))
+          .log10_false_alarms;
+    };
+    by_misfits += alarms(crooked);
+    const auto radii = any_radii(stand.size(), random);
+    straight.source.radius = crooked.source.radius = measured(measured(radii, random), random);
+    straight.target.radius = crooked.target.radius = measured(measured(radii, random), random);
+    by_radii += alarms(straight);
+    together += alarms(crooked);
+  }
+  CHECK(by_misfits < -50);
+  CHECK(by_radii < -50);
+  CHECK(together < 1.2 * std::min(by_misfits, by_radii));
+}
+
+TEST_CASE("heights and radii of different stands are no evidence") {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    two_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
+                    random, false);
+    for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
     const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
     for (const hypothesis& h : misfits.propose(8))
       CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);

@@ -43,6 +43,18 @@ struct two_faced_point {
 struct traits_and_members {
   double x = 1, y = 2, z = 3;
 };
+struct thick_point {
+  double x, y, z;
+  float radius;
+};
+/// Members are not asked where there are traits.
+struct traits_without_radius {
+  double x, y, z, radius;
+};
+struct sphere {
+  double x, y, z;
+  double radius() const { return 1; }
+};
 /// A foreign position in plan.
 struct grid_cell {
   int column, row;
@@ -56,9 +68,15 @@ struct point_traits<traits_and_members> {
 };
 
 template <>
+struct point_traits<traits_without_radius> {
+  static Eigen::Vector3d xyz(const traits_without_radius& p) { return {p.x, p.y, p.z}; }
+};
+
+template <>
 struct point_traits<grid_cell> {
   static constexpr int dimension = 2;
   static std::array<double, 2> xyz(const grid_cell& c) { return {c.column * 0.5, c.row * 0.5}; }
+  static int radius(const grid_cell& c) { return c.row; }
 };
 
 TEST_CASE(
@@ -177,6 +195,17 @@ TEST_CASE("xyz gives positions in plan the height 0") {
 TEST_CASE("xyz asks point_traits first, then members, then indices") {
   CHECK(xyz(traits_and_members{}) == Eigen::Vector3d(7, 8, 9));
   CHECK(xyz(two_faced_point{}) == Eigen::Vector3d(1, 2, 3));
+}
+
+TEST_CASE("a radius is that of point_traits where there are any, else a member that is a number") {
+  STATIC_REQUIRE(has_radius<thick_point>);
+  STATIC_REQUIRE(has_radius<grid_cell>);
+  STATIC_REQUIRE_FALSE(has_radius<traits_without_radius>);
+  STATIC_REQUIRE_FALSE(has_radius<sphere>);
+  STATIC_REQUIRE_FALSE(has_radius<integer_point>);
+  STATIC_REQUIRE_FALSE(has_radius<Eigen::Vector3d>);
+  CHECK(radius_of(thick_point{1, 2, 3, 0.25f}) == 0.25);
+  CHECK(radius_of(grid_cell{2, 4}) == 4);
 }
 
 TEST_CASE("every kind of container yields the same coordinates in the same order") {

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <limits>
+#include <numbers>
 
 #include "catch.hpp"
 #include "position_types.hpp"
@@ -14,6 +15,12 @@ struct surveyed_stem {
   double east, north, height, uncertainty;
 };
 
+/// A type that knows how thick it is, as it says, not as its member would tell.
+struct taped_stem {
+  double east, north, girth;
+  double radius = -1;
+};
+
 }  // namespace surveyors
 
 template <>
@@ -22,14 +29,27 @@ struct globalmatch::point_traits<surveyors::surveyed_stem> {
   static double position_sigma(const surveyors::surveyed_stem& s) { return s.uncertainty; }
 };
 
+template <>
+struct globalmatch::point_traits<surveyors::taped_stem> {
+  static constexpr int dimension = 2;
+  static std::array<double, 2> xyz(const surveyors::taped_stem& s) { return {s.east, s.north}; }
+  static double radius(const surveyors::taped_stem& s) { return s.girth / (2 * std::numbers::pi); }
+};
+
 namespace globalmatch {
 
 using scenes::positions;
 using surveyors::surveyed_stem;
+using surveyors::taped_stem;
 
 namespace {
 
 const Eigen::Vector3d z_up = Eigen::Vector3d::UnitZ();
+
+struct thick_stem {
+  double x, y, z;
+  float radius;
+};
 
 template <class R>
 void require_increasing_and_mapped_back(const R& given, const position_set& set) {
@@ -132,6 +152,34 @@ TEST_CASE("import_positions names the map and the uncertainty that makes no sens
     CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
                       "target: position_sigma 1 is negative or not finite; 0 stands for unknown");
   }
+}
+
+TEST_CASE("import_positions keeps what a type knows of radii, in the order of the stems") {
+  const std::vector<thick_stem> thick = {{3, 0, 0, 0.25f}, {1, 0, 0, 0.5f}, {2, 0, 0, 0.125f}};
+  CHECK(import_positions(thick, z_up, "source").radius == std::vector<double>{0.5, 0.125, 0.25});
+  const std::vector<taped_stem> taped = {{3, 0, std::numbers::pi}, {1, 0, 2 * std::numbers::pi}};
+  const position_set set = import_positions(taped, z_up, "source");
+  CHECK(set.radius == std::vector<double>{1, 0.5});
+  CHECK_FALSE(set.has_heights);
+}
+
+TEST_CASE("a radius that is no length is unknown, and where all are the set has none") {
+  constexpr float infinity = std::numeric_limits<float>::infinity(),
+                  nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<thick_stem> stems = {
+      {0, 0, 0, nan}, {1, 0, 0, infinity}, {2, 0, 0, -infinity}, {3, 0, 0, -0.5f}, {4, 0, 0, 0}};
+  CHECK(import_positions(stems, z_up, "source").radius.empty());
+  stems.push_back({5, 0, 0, 0.5f});
+  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0, 0, 0, 0, 0, 0.5});
+  CHECK(import_positions(positions{{1, 2, 3}}, z_up, "source").radius.empty());
+  CHECK(import_positions(std::vector<thick_stem>{}, z_up, "source").radius.empty());
+}
+
+TEST_CASE("import_positions gives the same bits when stems at one place differ in their radius alone") {
+  const std::vector<thick_stem> stems = {{1, 0, 0, 0.5f}, {1, 0, 0, 0.25f}, {1, 0, 0, NAN}},
+                                swapped = {stems[2], stems[1], stems[0]};
+  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
+  CHECK(import_positions(swapped, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
 }
 
 TEST_CASE("import_positions refuses an up without direction") {

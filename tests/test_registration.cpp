@@ -127,6 +127,25 @@ TEST_CASE("register_maps refines about the ups of the two maps, which may differ
   }
 }
 
+TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapped stems") {
+  random_source random(1);
+  const positions stems = scenes::lattice(9, 8, 3);
+  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const positions seen = scenes::noisy(stems, 0.01, random);
+  stem_map source = made_up_map(seen),
+           target = made_up_map(scenes::moved(truth, scenes::noisy(stems, 0.01, random)));
+  const registration_options coarse = with_icp(icp_metric::none);
+  CHECK(register_maps(source, target, coarse).outcome == outcome::ambiguous);
+  for (std::size_t i = 0; i < stems.size(); ++i) {
+    const double radius = 0.15 + 0.02 * random.normal();
+    for (stem_map* map : {&source, &target}) map->stems[i].radius = radius + 0.003 * random.normal();
+  }
+  const registration result = register_maps(source, target, coarse);
+  REQUIRE(result.target_from_source);
+  CHECK(scenes::largest_error(*result.target_from_source, truth, seen) < 0.05);
+  CHECK(result.matching.hypotheses.front().told_by == witness::radii);
+}
+
 TEST_CASE("icp that does not converge leaves the coarse motion") {
   random_source random(3);
   const positions stems = scenes::random_stems(random, 25, 25, 25);

@@ -1,10 +1,13 @@
 #include "globalmatch/statistics.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <vector>
 
 #include "catch.hpp"
+#include "globalmatch/random.hpp"
 
 namespace globalmatch {
 
@@ -89,6 +92,48 @@ TEST_CASE("the tail of a gamma distribution is that of a Poisson one where its m
   CHECK(log_gamma_tail(3, 2) == 0);
   CHECK(log_gamma_tail(0, 0) == 0);
   CHECK(log_gamma_tail(0, 2) == -std::numeric_limits<double>::infinity());
+}
+
+TEST_CASE("the tail of one number is itself, that of two x (1 - ln x)") {
+  for (const double x : {1.0, 0.99, 0.5, 0.1, 1e-3, 1e-12, 1e-300}) {
+    CAPTURE(x);
+    CHECK(log_product_tail(std::log(x), 1) == Approx(std::log(x)));
+    CHECK(log_product_tail(std::log(x), 2) == Approx(std::log(x * (1 - std::log(x)))).margin(1e-12));
+  }
+}
+
+TEST_CASE("so many products of uniform numbers are as small as their tail says") {
+  constexpr int draws = 100000;
+  for (const int count : {2, 3, 4}) {
+    random_source random(static_cast<std::uint64_t>(count));
+    std::vector<double> tails;
+    for (int i = 0; i < draws; ++i) {
+      double log_product = 0;
+      for (int k = 0; k < count; ++k) log_product += std::log(1 - random.uniform());
+      tails.push_back(std::exp(log_product_tail(log_product, count)));
+    }
+    for (const double p : {0.01, 0.1, 0.5, 0.9}) {
+      CAPTURE(count, p);
+      const auto smaller = std::count_if(tails.begin(), tails.end(), [&](double t) { return t <= p; });
+      CHECK(double(smaller) / draws == Approx(p).margin(4 * std::sqrt(p * (1 - p) / draws)));
+    }
+  }
+}
+
+TEST_CASE("the tail of a product is no probability above 1, and 0 of a product of 0") {
+  for (const int count : {1, 2, 3, 10}) {
+    double before = 0;
+    for (const double log_product : {0.0, -1e-12, -0.1, -1.0, -10.0, -1000.0}) {
+      CAPTURE(count, log_product);
+      const double tail = log_product_tail(log_product, count);
+      CHECK(tail <= before);
+      CHECK(tail >= log_product);
+      before = tail;
+    }
+    CHECK(log_product_tail(0, count) == 0);
+    CHECK(log_product_tail(-std::numeric_limits<double>::infinity(), count) ==
+          -std::numeric_limits<double>::infinity());
+  }
 }
 
 }  // namespace globalmatch

@@ -302,6 +302,56 @@ TEST_CASE("in rows as noisy as they are crooked the misfits break the tie, which
   }
 }
 
+TEST_CASE("where perfect rows stand on rolling ground the heights break the tie, unless they are ignored") {
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    positions stems = scenes::lattice(13, 11, 3);
+    for (Eigen::Vector3d& p : stems) p.z() = 2 * std::sin(p.x() / 7 + 1) + 1.5 * std::cos(p.y() / 5);
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const positions source = scenes::noisy(stems, 0.02, random);
+    const positions target = scenes::moved(truth, scenes::noisy(stems, 0.02, random));
+    const matching result = match_stems(source, target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(result.hypotheses.front().told_by == witness::heights);
+    CHECK(match_stems(source, target, {.horizontal = true}).outcome == outcome::ambiguous);
+  }
+}
+
+TEST_CASE("in perfect rows on level ground the radii break the tie, where both maps have them") {
+  struct thick_stem {
+    double x, y, z, radius;
+  };
+  const auto with_radii = [](const positions& stems, const std::vector<double>& radii,
+                             random_source& random) {
+    std::vector<thick_stem> thick;
+    for (std::size_t i = 0; i < stems.size(); ++i)
+      thick.push_back({stems[i].x(), stems[i].y(), stems[i].z(), radii[i] + 0.005 * random.normal()});
+    return thick;
+  };
+  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stems = scenes::lattice(11, 9, 3);
+    std::vector<double> radii;
+    for (std::size_t i = 0; i < stems.size(); ++i) radii.push_back(0.12 + 0.02 * random.normal());
+    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const positions source = scenes::noisy(stems, 0.02, random);
+    positions target = scenes::moved(truth, scenes::noisy(stems, 0.02, random));
+    if (seed == 2) target.resize(80);  // the smaller one asks: the maps are swapped
+    const auto thick_source = with_radii(source, radii, random),
+               thick_target = with_radii(target, radii, random);
+    const matching result = match_stems(thick_source, thick_target);
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(result.hypotheses.front().told_by == witness::radii);
+    CHECK(match_stems(source, thick_target).outcome == outcome::ambiguous);
+    CHECK(match_stems(thick_source, target).outcome == outcome::ambiguous);
+    CHECK(match_stems(thick_source, prepare_map(thick_target)).outcome == outcome::registered);
+  }
+}
+
 TEST_CASE("stems that stand anywhere have no lattice") {
   random_source random(1);
   const auto views = scenes::half_overlapping_views(random, 100);

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -79,8 +80,8 @@ class cell_columns {
     return {std::size_t(first - parts_.columns.begin()), std::size_t(last - parts_.columns.begin())};
   }
 
-  /// Calls `visit(begin, end)` for the runs of points whose columns lie within `reach` [m] of (x, y) in plan,
-  /// in each coordinate: all points nearer than that, and some others.
+  /// Calls `visit(begin, end)`, increasing, for the runs of points whose columns lie within `reach` [m] of
+  /// (x, y) in plan, in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
     const auto clamped = [](double v) {
@@ -101,6 +102,54 @@ class cell_columns {
 
  private:
   parts parts_;
+};
+
+/// The columns within some cells of one. Moved from each column to the next, it searches for none. Refers to
+/// the cells.
+class column_window {
+ public:
+  static constexpr std::int32_t widest = 3;  ///< cells that it reaches
+
+  explicit column_window(const cell_columns& cells) : cells_(cells) {}
+
+  void move_to(std::size_t column) {
+    const cell_columns::column& center = cells_.column_at(column);
+    const bool along = runs_known_ && center.y == y_ && center.x >= x_;
+    x_ = center.x;
+    y_ = center.y;
+    for (std::int32_t k = 0; k <= 2 * widest; ++k) {
+      run& r = runs_[std::size_t(k)];
+      if (along) {
+        while (r.begin < r.last && cells_.column_at(r.begin).x < x_ - widest) ++r.begin;
+        while (r.end < r.last && cells_.column_at(r.end).x <= x_ + widest) ++r.end;
+      } else {
+        const std::int32_t row = y_ + k - widest;
+        const auto [begin, end] = cells_.columns_between(row, x_ - widest, x_ + widest);
+        const bool exists = row >= 0 && std::size_t(row) < cells_.rows();
+        r = {begin, end, exists ? cells_.columns_end(std::size_t(row)) : end};
+      }
+    }
+    runs_known_ = true;
+  }
+
+  /// Calls `visit(column)` for the columns within `reach` cells, increasing.
+  template <class Visit>
+  void for_each_within(std::int32_t reach, const Visit& visit) const {
+    for (std::int32_t k = widest - reach; k <= widest + reach; ++k) {
+      const run& r = runs_[std::size_t(k)];
+      for (std::size_t c = r.begin; c < r.end; ++c)
+        if (std::abs(cells_.column_at(c).x - x_) <= reach) visit(c);
+    }
+  }
+
+ private:
+  struct run {
+    std::size_t begin = 0, end = 0, last = 0;  // columns of a row, and where the row ends
+  };
+  const cell_columns& cells_;
+  std::array<run, 2 * widest + 1> runs_ = {};  // of the rows around
+  std::int32_t x_ = 0, y_ = 0;
+  bool runs_known_ = false;
 };
 
 namespace detail {

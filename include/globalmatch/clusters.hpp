@@ -70,15 +70,15 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   detail::disjoint_sets sets(cells.cells());
   const auto joins = [&](cell_index c) { return is_stem_cell(surfaces[c], options); };
   const auto join_around = [&](std::size_t column, std::size_t first_column, std::size_t last_column,
-                               std::vector<std::size_t>& around) {
+                               column_window& window) {
     std::int32_t widest = 0;
     for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
       if (joins(c)) widest = std::max(widest, std::int32_t(surfaces[c].reach));
     if (widest == 0) return;
-    detail::columns_around(cells, column, widest, around);
+    window.move_to(column);
     const auto& here = cells.column_at(column);
-    for (const std::size_t other : around) {
-      if (other < first_column || other >= last_column) continue;
+    window.for_each_within(widest, [&](std::size_t other) {
+      if (other < first_column || other >= last_column) return;
       const auto& there = cells.column_at(other);
       const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
       cell_index at = cells.cells_begin(other);
@@ -91,10 +91,10 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
         for (cell_index o = at; o < last && cells[o].height <= height + reach; ++o)
           if (cells[o].height >= height - reach && joins(o)) sets.join(c, o);
       }
-    }
+    });
   };
   // Blocks of rows are joined in themselves, each alone, then those that touch along their border.
-  constexpr std::size_t rows_a_block = 64, widest_reach = 3;
+  constexpr std::size_t rows_a_block = 64, widest_reach = column_window::widest;
   const std::size_t blocks = (cells.rows() + rows_a_block - 1) / rows_a_block;
   const auto first_of_row = [&](std::size_t row) {
     return row < cells.rows() ? cells.columns_begin(row) : cells.columns();
@@ -102,16 +102,16 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   parallel_for(
       how, "clusters", blocks,
       [&](std::size_t block) {
-        std::vector<std::size_t> around;
+        column_window window(cells);
         const std::size_t first = first_of_row(block * rows_a_block),
                           last = first_of_row((block + 1) * rows_a_block);
-        for (std::size_t column = first; column < last; ++column) join_around(column, first, last, around);
+        for (std::size_t column = first; column < last; ++column) join_around(column, first, last, window);
       },
       1);
-  std::vector<std::size_t> around;
+  column_window window(cells);
   for (std::size_t border = rows_a_block; border < cells.rows(); border += rows_a_block) {
     const std::size_t first = first_of_row(border - widest_reach), last = first_of_row(border + widest_reach);
-    for (std::size_t column = first; column < last; ++column) join_around(column, first, last, around);
+    for (std::size_t column = first; column < last; ++column) join_around(column, first, last, window);
   }
 
   std::vector<std::size_t> points_of(cells.cells(), 0), place(cells.cells(), 0);

@@ -91,6 +91,7 @@ inline double log_gamma_tail(double value, double mean) {
 /// Natural logarithm of the probability that the product of `count` independent numbers, uniform between 0
 /// and 1, is at most exp(`log_product`): Fisher's combination of as many probabilities.
 inline double log_product_tail(double log_product, int count) {
+  if (std::isinf(log_product)) return log_product;
   double term = 1, sum = 1;
   for (int i = 1; i < count; ++i) sum += term *= -log_product / i;
   return std::min(0.0, log_product + std::log(sum));

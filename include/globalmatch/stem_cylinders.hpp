@@ -167,8 +167,8 @@ class column_raster {
   std::vector<column> columns_;
 };
 
-/// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it; d
-/// is the signed distance from the surface.
+/// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it,
+/// increasing; d is the signed distance from the surface.
 template <class Visit>
 void for_each_near(const cell_columns& understory, const cylinder& c, double distance, const Visit& visit) {
   constexpr double half_height = 2;  // [m] the understory layer is less than twice as high, on any slope
@@ -235,7 +235,6 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
       double(inside) > options.most_inside * double(on_surface))
     return std::nullopt;
 
-  std::sort(found.support.begin(), found.support.end());
   std::vector<Eigen::Vector3d> support;
   const std::size_t step = (found.support.size() + most_points - 1) / most_points;
   for (std::size_t k = 0; k < found.support.size(); k += step)
@@ -370,7 +369,8 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
     if (std::popcount(filled) * height_bin >= options.least_height) {
       const std::size_t step = take([&, l = line](point_index i) {
         const Eigen::Vector2d at = l.at_height(points.z[i]);
-        return std::hypot(points.x[i] - at.x(), points.y[i] - at.y()) < reach;
+        const Eigen::Vector2d from_line(points.x[i] - at.x(), points.y[i] - at.y());
+        return from_line.squaredNorm() < reach * reach;
       });
       std::optional<cylinder> fit;
       if (normals.empty()) {
@@ -445,7 +445,6 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
                                      std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
                                      const execution& how) {
   constexpr std::size_t largest = 30;          // clusters looked at
-  constexpr std::size_t most_stems = 3;        // of each: some are large because they are of shrubs
   constexpr double least = 0.01, most = 0.04;  // [m]
   constexpr double band = 2 * most;
   options.cylinder.distance_tolerance = default_distance_tolerance;
@@ -457,7 +456,7 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
         for (const stem_cylinder& stem :
-             stems_of_cluster(understory, clusters[order[k]], normals, options, random, most_stems))
+             stems_of_cluster(understory, clusters[order[k]], normals, options, random, 1))
           of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
       },
       1);

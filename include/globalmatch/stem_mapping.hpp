@@ -13,6 +13,7 @@
 
 #include "globalmatch/cell_columns.hpp"
 #include "globalmatch/clusters.hpp"
+#include "globalmatch/cylinder.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/funnel.hpp"
 #include "globalmatch/ground.hpp"
@@ -183,21 +184,38 @@ inline stem_points stem_points_by_points(const local_points& understory, const m
 
 }  // namespace GLOBALMATCH_THREADING
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Points for a fine registration: on the ground and on the stems, frame of the scan.
 inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
-                            stem_map& map) {
-  for (const Eigen::Vector3f& p : map.terrain.ground)
-    map.ground_samples.push_back(map.terrain.frame.to_scan(p.cast<double>()));
-  const Eigen::Matrix3d scan_from_local = map.terrain.frame.local_from_scan_rotation.transpose();
-  for (const stem_cylinder& s : stems)
-    for (const point_index i : s.support) {
-      const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - s.cylinder.point;
-      const Eigen::Vector3d outward = from_axis - from_axis.dot(s.cylinder.axis) * s.cylinder.axis;
-      map.stem_samples.push_back(map.terrain.frame.to_scan(p));
-      map.stem_normals.push_back(scan_from_local * outward.normalized());
-    }
+                            stem_map& map, const execution& how) {
+  const local_frame& frame = map.terrain.frame;
+  const auto& ground = map.terrain.ground;
+  map.ground_samples.resize(ground.size());
+  parallel_for(how, "samples", ground.size(),
+               [&](std::size_t i) { map.ground_samples[i] = frame.to_scan(ground[i].cast<double>()); });
+  std::vector<std::size_t> first;
+  std::size_t all = 0;
+  for (const stem_cylinder& s : stems) first.push_back(std::exchange(all, all + s.support.size()));
+  map.stem_samples.resize(all);
+  map.stem_normals.resize(all);
+  const Eigen::Matrix3d scan_from_local = frame.local_from_scan_rotation.transpose();
+  parallel_for(
+      how, "samples", stems.size(),
+      [&](std::size_t k) {
+        const cylinder& c = stems[k].cylinder;
+        std::size_t at = first[k];
+        for (const point_index i : stems[k].support) {
+          const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - c.point;
+          const Eigen::Vector3d outward = from_axis - from_axis.dot(c.axis) * c.axis;
+          map.stem_samples[at] = frame.to_scan(p);
+          map.stem_normals[at++] = scan_from_local * outward.normalized();
+        }
+      },
+      4);
 }
 
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 namespace detail {
@@ -233,9 +251,9 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
 
   // Stem positions: where the axes meet the terrain
   const auto stems = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
-  map.stems = locate_stems(stems, understory, map.terrain);
+  map.stems = locate_stems(stems, understory, map.terrain, how);
   map.funnel.stems = map.stems.size();
-  collect_samples(stems, understory, map);
+  collect_samples(stems, understory, map, how);
   return map;
 }
 

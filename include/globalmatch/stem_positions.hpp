@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "globalmatch/cylinder.hpp"
+#include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_cylinders.hpp"
@@ -160,30 +161,42 @@ inline std::vector<stem_cylinder> merge_fragments(const stem_cylinders& found, c
   return stems;
 }
 
-/// Stems in the frame of the scan, for the cylinders whose axes meet the terrain, ordered by position (x, y,
-/// z). `points` are the stem points that the supports count in.
-inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinders, const local_points& points,
-                                      const terrain& ground) {
-  std::vector<stem> stems;
-  for (const stem_cylinder& found : cylinders) {
-    auto position = meet_terrain(found.cylinder, ground);
-    if (!position) continue;
-    stem s;
-    if (const auto at = ground_at(ground, position->x(), position->y(), found.cylinder.radius)) {
-      position = found.cylinder.at_height(at->height);
-      s.height_sigma = at->sigma;
-    }
-    s.position = ground.frame.to_scan(*position);
-    s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
-    s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
-    s.taper = found.cylinder.taper;
-    s.position_sigma =
-        axis_uncertainty(found.covariance, found.cylinder.axis.dot(*position - found.cylinder.point));
-    s.ground_seen = ground.knows(position->x(), position->y());
-    for (const point_index i : found.support) s.support.push_back(points.index[i]);
-    std::sort(s.support.begin(), s.support.end());
-    stems.push_back(std::move(s));
+/// A stem in the frame of the scan, where the axis of a cylinder meets the terrain; nothing when that lies
+/// beyond the raster. `points` are those that the support counts in.
+inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_points& points,
+                                       const terrain& ground) {
+  auto position = meet_terrain(found.cylinder, ground);
+  if (!position) return std::nullopt;
+  stem s;
+  if (const auto at = ground_at(ground, position->x(), position->y(), found.cylinder.radius)) {
+    position = found.cylinder.at_height(at->height);
+    s.height_sigma = at->sigma;
   }
+  s.position = ground.frame.to_scan(*position);
+  s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
+  s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
+  s.taper = found.cylinder.taper;
+  s.position_sigma =
+      axis_uncertainty(found.covariance, found.cylinder.axis.dot(*position - found.cylinder.point));
+  s.ground_seen = ground.knows(position->x(), position->y());
+  for (const point_index i : found.support) s.support.push_back(points.index[i]);
+  std::sort(s.support.begin(), s.support.end());
+  return s;
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Stems in the frame of the scan, for the cylinders whose axes meet the terrain, ordered by position (x, y,
+/// z). `points` are the stem points that the supports count in. Parallel over stems.
+inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinders, const local_points& points,
+                                      const terrain& ground, const execution& how = {}) {
+  std::vector<std::optional<stem>> located(cylinders.size());
+  parallel_for(
+      how, "stem positions", cylinders.size(),
+      [&](std::size_t i) { located[i] = locate_stem(cylinders[i], points, ground); }, 4);
+  std::vector<stem> stems;
+  for (auto& s : located)
+    if (s) stems.push_back(std::move(*s));
   std::sort(stems.begin(), stems.end(), [](const stem& a, const stem& b) {
     return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
                                         b.position.end());
@@ -191,4 +204,5 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
   return stems;
 }
 
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

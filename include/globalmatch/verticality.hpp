@@ -162,17 +162,6 @@ struct moments {
   }
 };
 
-/// The columns within `reach` cells of one, where they begin and end.
-inline void columns_around(const cell_columns& cells, std::size_t column, std::int32_t reach,
-                           std::vector<std::size_t>& found) {
-  const cell_columns::column& center = cells.column_at(column);
-  found.clear();
-  for (std::int32_t row = center.y - reach; row <= center.y + reach; ++row) {
-    const auto [begin, end] = cells.columns_between(row, center.x - reach, center.x + reach);
-    for (std::size_t c = begin; c < end; ++c) found.push_back(c);
-  }
-}
-
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -184,49 +173,55 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
                                                    const verticality_options& options = {},
                                                    const execution& how = {}) {
   require_valid(options);
-  constexpr std::int32_t widest = 3;
+  using cell_index = cell_columns::cell_index;
+  constexpr std::int32_t widest = column_window::widest;
   const local_points& points = cells.points();
   std::vector<detail::moments> of_cell(cells.cells());
   std::vector<cell_surface> surfaces(cells.cells());
   parallel_for(how, "verticality", cells.cells(), [&](std::size_t i) {
-    const auto c = static_cast<cell_columns::cell_index>(i);
+    const auto c = static_cast<cell_index>(i);
     for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
       of_cell[i].add(points.x[p], points.y[p], points.z[p]);
   });
   parallel_chunks(how, "verticality", cells.columns(), 256, [&](std::size_t begin, std::size_t end) {
-    std::vector<std::size_t> around;
-    std::vector<std::pair<cell_columns::cell_index, cell_columns::cell_index>> runs;
-    for (std::size_t column = begin; column < end; ++column)
-      for (std::int32_t reach = 1; reach <= widest; ++reach) {
-        detail::columns_around(cells, column, reach, around);
+    struct run {
+      cell_index from, to, last;  // cells of a column, and where it ends
+    };
+    std::vector<run> runs;
+    column_window window(cells);
+    for (std::size_t column = begin; column < end; ++column) {
+      window.move_to(column);
+      bool all_known = false;
+      for (std::int32_t reach = 1; reach <= widest && !all_known; ++reach) {
         runs.clear();
-        for (const std::size_t a : around) runs.push_back({cells.cells_begin(a), cells.cells_begin(a)});
-        bool all_known = true;
-        for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
+        window.for_each_within(reach, [&](std::size_t other) {
+          const cell_index first = cells.cells_begin(other);
+          runs.push_back({first, first, cells.cells_end(other)});
+        });
+        const auto least = std::uint32_t(reach == widest ? 4 : options.least_neighbors);
+        all_known = true;
+        for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
           if (surfaces[c].reach != 0) continue;
           const std::int32_t height = cells[c].height;
           std::uint32_t count = 0;
-          for (std::size_t k = 0; k < around.size(); ++k) {
-            auto &from = runs[k].first, &to = runs[k].second;
-            const auto last = cells.cells_end(around[k]);
-            while (from < last && cells[from].height < height - reach) ++from;
-            while (to < last && cells[to].height <= height + reach) ++to;
-            if (from < to) count += cells.points_end(to - 1) - cells.points_begin(from);
+          for (run& r : runs) {
+            while (r.from < r.last && cells[r.from].height < height - reach) ++r.from;
+            while (r.to < r.last && cells[r.to].height <= height + reach) ++r.to;
+            if (r.from < r.to) count += cells.points_begin(r.to) - cells.points_begin(r.from);
           }
-          const bool enough = count >= std::uint32_t(reach == widest ? 4 : options.least_neighbors);
-          detail::moments sum;
-          if (enough)
-            for (const auto& [from, to] : runs)
-              for (auto other = from; other < to; ++other) sum += of_cell[other];
-          if (enough)
-            surfaces[c] = {static_cast<float>(sum.verticality()),
-                           static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
-                           static_cast<std::uint8_t>(reach)};
-          else
+          if (count < least) {
             all_known = false;
+            continue;
+          }
+          detail::moments sum;
+          for (const run& r : runs)
+            for (cell_index other = r.from; other < r.to; ++other) sum += of_cell[other];
+          surfaces[c] = {static_cast<float>(sum.verticality()),
+                         static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
+                         static_cast<std::uint8_t>(reach)};
         }
-        if (all_known) break;
       }
+    }
   });
   return surfaces;
 }

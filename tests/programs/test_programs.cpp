@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "catch.hpp"
+#include "globalmatch/random.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
@@ -65,6 +67,34 @@ TEST_CASE("match_stems writes the matrix from source to target and ends in statu
   CHECK(report["outcome"] == "registered");
   CHECK(report["matches"] == 12);
   CHECK(report["target_from_source"].size() == 16);
+}
+
+TEST_CASE("match_stems reads radii and says that these told places of rows apart") {
+  random_source random(1);
+  std::vector<stem_record> source, target, without_radii;
+  for (int column = 0; column < 9; ++column)
+    for (int row = 0; row < 8; ++row) {
+      const double radius = 0.15 + 0.02 * random.normal();
+      const auto seen = [&](double shift) {
+        const auto noise = [&] { return 0.01 * random.normal(); };
+        return stem_record{3 * column + shift + noise(), 3 * row + noise(), noise(), radius + 0.3 * noise()};
+      };
+      source.push_back(seen(0));
+      target.push_back(seen(50));
+      without_radii.push_back({target.back().x, target.back().y, target.back().z});
+    }
+  const temporary_directory directory;
+  write_stems(directory / "source.csv", source);
+  write_stems(directory / "target.csv", target);
+  write_stems(directory / "without.csv", without_radii);
+  REQUIRE(call(directory, "match_stems", "source.csv target.csv --out T.txt --json r.json").status == 0);
+  const Eigen::Isometry3d t = read_transform(directory / "T.txt");
+  CHECK((t.translation() - Eigen::Vector3d(50, 0, 0)).norm() < 0.1);
+  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(report["hypotheses"][0]["told_by"] == "radii");
+  CHECK_THAT(bytes_of(directory / "stdout.log"),
+             Contains("radii in the rows told it from their other places"));
+  CHECK(call(directory, "match_stems", "source.csv without.csv --out T.txt").status == 1);
 }
 
 TEST_CASE("match_stems without an answer ends in status 1, removes an old matrix, and tells the reason") {
