@@ -53,6 +53,32 @@ TEST_CASE("the tail of no tries is certain, of certain misses impossible") {
   CHECK(log_binomial_tail(3, 10, 0) == -std::numeric_limits<double>::infinity());
 }
 
+TEST_CASE("the tail of a sum of numbers that are uniform or 0 is that of the Irwin-Hall distribution") {
+  // probability that the sum of `count` uniform numbers is at most `sum`, by inclusion and exclusion
+  const auto irwin_hall = [](int count, double sum) {
+    if (sum >= count) return 1.0;
+    double share = 0;
+    for (int j = 0; j < sum; ++j)
+      share += (j % 2 == 0 ? 1 : -1) *
+               std::exp(count * std::log(sum - j) - std::lgamma(j + 1) - std::lgamma(count - j + 1));
+    return share;
+  };
+  for (const int tries : {3, 5, 8, 10})
+    for (const double p : {0.01, 0.1, 0.4})
+      for (const double share : {0.3, 0.6, 0.9}) {
+        CAPTURE(tries, p, share);
+        double tail = 0;
+        for (int k = 1; k <= tries; ++k)
+          tail += std::exp(std::lgamma(tries + 1) - std::lgamma(k + 1) - std::lgamma(tries - k + 1) +
+                           k * std::log(p) + (tries - k) * std::log1p(-p)) *
+                  irwin_hall(k, k - share * tries);
+        CHECK(log_uniform_sum_tail(share * tries, tries, p) == Approx(std::log(tail)).margin(0.8));
+      }
+  CHECK(log_uniform_sum_tail(1, 10, 0.4) == 0);
+  CHECK(log_uniform_sum_tail(1, 0, 0.4) == 0);
+  CHECK(log_uniform_sum_tail(10, 10, 0.4) == -std::numeric_limits<double>::infinity());
+}
+
 TEST_CASE("the tail of a gamma distribution is that of a Poisson one where its mean is whole") {
   for (const int mean : {1, 2, 5, 20, 100, 400})
     for (const double share : {0.01, 0.1, 0.5, 0.9, 0.99}) {

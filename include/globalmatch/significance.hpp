@@ -37,6 +37,8 @@ class chance {
         tolerances_(std::max<std::size_t>(1, tolerances.size())) {
     for (const auto& asked : {tolerances, others})
       for (const double tolerance : asked) known_.push_back(compute(tolerance));
+    std::sort(known_.begin(), known_.end(),
+              [](const chances& a, const chances& b) { return a.tolerance < b.tolerance; });
   }
 
   /// The same when nothing is known of the target. Cost: linear in the stems.
@@ -54,9 +56,10 @@ class chance {
 
   /// What a motion makes of source stems.
   struct landing {
-    double expected = 0;          ///< stems laid where target stems stand around
-    std::vector<double> misfits;  ///< [m] from the nearest target stem, increasing, where one is near
-    double raised = 0;            ///< [m] by how much the motion was raised
+    double expected = 0;            ///< stems laid where target stems stand around
+    std::vector<double> misfits;    ///< [m] from the nearest target stem, increasing, where one is near
+    std::vector<double> explained;  ///< sums of the chances of being as near, of the first misfits
+    double raised = 0;              ///< [m] by how much the motion was raised
     double matched(double tolerance) const {
       return double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
     }
@@ -86,6 +89,7 @@ class chance {
     if (maps_.heights_tell()) result.raised = leave_agreeing(meetings, tolerance);
     for (const meeting& m : meetings) result.misfits.push_back(m.misfit);
     std::sort(result.misfits.begin(), result.misfits.end());
+    result.explained = explain(result.misfits, &chances::of_meeting);
     return result;
   }
 
@@ -110,22 +114,23 @@ class chance {
     return laid_among > few && log_binomial_tail(met, laid_among, of_meeting(tolerance)) > std::log(hardly);
   }
 
-  /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, pair
-  /// `matched` of `expected` stems within `tolerance` [m]. Looked at are all motions that two pairs of stems
-  /// fix (three in 6-DoF), at all tolerances; these pairs then tell nothing. After Moisan and Stival 2004, A
-  /// probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3), who count alike.
-  /// Below 0 chance is an unlikely explanation.
-  double log10_false_alarms(double matched, double expected, double tolerance) const {
-    return log10_false_alarms(matched, expected, tolerance, at(tolerance).of_meeting);
+  /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, lay stems as
+  /// near to others as `landed`, at a tolerance [m]. A stem that meets another counts by 1 less the share
+  /// that chance has, of all meetings, in those as close: 1 to 0, evenly, if it meets by chance (in plan the
+  /// score of Torr and Zisserman 2000, MLESAC, Computer Vision and Image Understanding 78). Looked at are all
+  /// motions that two pairs of stems fix (three in 6-DoF), at all tolerances; as many pairs then tell
+  /// nothing. After Moisan and Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J.
+  /// Computer Vision 57(3), who count alike. Below 0 chance is an unlikely explanation.
+  double log10_false_alarms(const landing& landed, double tolerance) const {
+    return log10_false_alarms(landed, landed.explained, tolerance, at(tolerance).of_meeting);
   }
 
   /// Judges a hypothesis, of which `landed` is what its motion makes of the stems, at its tolerance.
   void judge(hypothesis& h, const landing& landed) const {
-    const double matched = landed.matched(h.tolerance);
-    const chances p = at(h.tolerance);
-    h.log10_false_alarms = log10_false_alarms(matched, landed.expected, h.tolerance, p.of_meeting);
+    h.log10_false_alarms = log10_false_alarms(landed, h.tolerance);
     h.log10_false_alarms_at_random =
-        log10_false_alarms(matched, landed.expected, h.tolerance, p.of_meeting_at_random);
+        log10_false_alarms(landed, explain(landed.misfits, &chances::of_meeting_at_random), h.tolerance,
+                           at(h.tolerance).of_meeting_at_random);
   }
 
  private:
@@ -145,11 +150,37 @@ class chance {
     return {tolerance, std::max(at_random, target_->of_meeting_along_lattice(tolerance)), at_random};
   }
 
-  double log10_false_alarms(double matched, double expected, double tolerance, double of_meeting) const {
+  /// Sums of the chances of being as near, of the first misfits [m, increasing]. Between the tolerances that
+  /// are known they grow with the area within reach.
+  std::vector<double> explain(const std::vector<double>& misfits, double chances::*of) const {
+    const auto square = [](double d) { return d * d; };
+    std::vector<double> sums;
+    chances below = {0, 0, 0};
+    auto above = known_.begin();
+    double sum = 0;
+    for (const double misfit : misfits) {
+      while (above != known_.end() && above->tolerance <= misfit) below = *above++;
+      if (above == known_.end()) {
+        sum += compute(misfit).*of;
+      } else {
+        const double share =
+            (square(misfit) - square(below.tolerance)) / (square(above->tolerance) - square(below.tolerance));
+        sum += below.*of + share * ((*above).*of - below.*of);
+      }
+      sums.push_back(sum);
+    }
+    return sums;
+  }
+
+  double log10_false_alarms(const landing& landed, const std::vector<double>& explained, double tolerance,
+                            double of_meeting) const {
     const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
-    const double tail = matched > fixing ? log_binomial_tail(matched - fixing,
-                                                             std::max(expected, matched) - fixing, of_meeting)
-                                         : 0;
+    const double matched = landed.matched(tolerance);
+    double tail = 0;
+    if (matched > fixing) {
+      const double near = matched - explained[std::size_t(matched) - 1] / of_meeting;
+      tail = log_uniform_sum_tail(near - fixing, std::max(landed.expected, matched) - fixing, of_meeting);
+    }
     return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
   }
 
@@ -202,8 +233,7 @@ inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
     h.target_from_source.translation().z() += landing.raised;
     h.log10_false_alarms = std::numeric_limits<double>::infinity();
     for (const double tolerance : tolerances) {
-      const double alarms =
-          by_chance.log10_false_alarms(landing.matched(tolerance), landing.expected, tolerance);
+      const double alarms = by_chance.log10_false_alarms(landing, tolerance);
       if (alarms < h.log10_false_alarms) {
         h.log10_false_alarms = alarms;
         h.tolerance = tolerance;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <span>
 
 namespace globalmatch {
@@ -30,6 +31,49 @@ inline double log_binomial_tail(double successes, double tries, double p) {
                        k * std::log(p) + (misses > 0 ? misses * std::log1p(-p) : 0);
   const double ratio = misses * p / ((k + 1) * (1 - p));  // of a term and the one before; it falls further
   return std::min(0.0, first - std::log1p(-ratio));
+}
+
+/// Natural logarithm of the probability that of `tries` independent numbers, each uniform between 0 and 1
+/// with probability `p` and 0 otherwise, the sum is at least `sum`: the saddlepoint approximation of Robinson
+/// 1982, Saddlepoint approximations for permutation tests and confidence intervals, J. Royal Statistical
+/// Society B 44(1). 0 where so much is expected. `tries` need not be whole.
+inline double log_uniform_sum_tail(double sum, double tries, double p) {
+  if (p <= 0 && sum > 0) return -std::numeric_limits<double>::infinity();
+  p = std::min(p, 1 - 1e-12);
+  if (sum <= tries * p / 2 || tries <= 0) return 0;
+  if (sum >= tries) return -std::numeric_limits<double>::infinity();
+  // The cumulant generating function of one number, less what is sought, and its derivatives, at `t`.
+  struct cumulants {
+    double log_generating, mean, variance;
+  };
+  const auto tilted = [p](double t) -> cumulants {
+    constexpr double small = 1e-2;
+    const double left = std::exp(-t), rest = 1 - left;
+    const double log_uniform = t < small ? t / 2 : t + std::log(rest / t);
+    const double mean = t < small ? 0.5 + t / 12 : 1 / rest - 1 / t;
+    const double variance = t < small ? 1.0 / 12 : 1 / (t * t) - left / (rest * rest);
+    const double not_zero = 1 / (1 + (1 - p) / p * std::exp(-log_uniform));
+    return {std::log(p / not_zero) + log_uniform, not_zero * mean,
+            not_zero * (variance + (1 - not_zero) * mean * mean)};
+  };
+  constexpr int rounds = 50;
+  constexpr double near = 1e-4;
+  const double wanted = sum / tries;
+  double least = 0, most = std::numeric_limits<double>::infinity(), t = 1 / (1 - wanted);
+  cumulants at = tilted(t);
+  for (int round = 0; round < rounds && std::abs(at.mean - wanted) > near * wanted; ++round) {
+    (at.mean < wanted ? least : most) = t;
+    t += (wanted - at.mean) / at.variance;
+    if (!(t > least && t < most))
+      t = most < std::numeric_limits<double>::infinity() ? (least + most) / 2 : 2 * least;
+    at = tilted(t);
+  }
+  const double steps = t * std::sqrt(tries * at.variance);
+  constexpr double far = 20;
+  const double log_mills = steps > far
+                               ? -std::log(steps * std::sqrt(2 * std::numbers::pi))
+                               : steps * steps / 2 + std::log(std::erfc(steps / std::numbers::sqrt2) / 2);
+  return std::min(0.0, tries * (at.log_generating - t * wanted) + log_mills);
 }
 
 /// Natural logarithm of the probability that a gamma distributed number of the given mean, and of scale 1, is
