@@ -77,6 +77,19 @@ TEST_CASE("icp by planes lays different samples of one surface on each other to 
   CHECK(scenes::largest_error(result.target_from_source, truth, source) < 0.005);
 }
 
+TEST_CASE("icp by planes is not lifted by what stands on the ground in one scan alone") {
+  const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.8, {4, -2, 1});
+  positions source = surface(2);
+  random_source grass(3);
+  for (std::size_t i = 0; i < 3000; i += 5) source[i].z() += scenes::uniform(grass, 0.03, 0.15);
+  const positions target = scenes::moved(truth, surface(1));
+  const auto coarse = ten_centimetres_two_degrees_off(truth, four);
+  const icp_result result =
+      refine_by_icp(source, target, coarse, four, with_metric(icp_metric::point_to_plane));
+  CHECK(result.converged);
+  CHECK(std::abs((result.target_from_source.translation() - truth.translation()).z()) < 0.002);
+}
+
 TEST_CASE("icp without a metric returns the coarse motion as it is") {
   const positions points = surface(1);
   const auto coarse = ten_centimetres_two_degrees_off(scenes::yaw_and_shift(1, {1, 2, 3}), six);
@@ -247,16 +260,17 @@ TEST_CASE("points of a layer with normals are only paired when they face the sam
   icp_layer both = {front.source, back.source}, ground;
   for (int i = 0; i < 400; ++i) ground.source.push_back({0.5 * (i % 20), 0.5 * (i / 20), 0});
   ground.target = ground.source;  // stems alone would leave the height open
-  const auto error = [&](const icp_layer& stems) {
-    const icp_result result =
-        refine_by_icp(std::vector{ground, stems}, Eigen::Isometry3d::Identity(), degrees_of_freedom::four);
+  const auto error = [&](const icp_layer& stems, icp_metric metric) {
+    const icp_result result = refine_by_icp(std::vector{ground, stems}, Eigen::Isometry3d::Identity(), four,
+                                            with_metric(metric));
     return (result.target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm();
   };
-  const double without = error(both);
+  const double without = error(both, icp_metric::point_to_point);
   both.source_normals = front.source_normals;
   both.target_normals = back.source_normals;
   CHECK(without > 0.02);
-  CHECK(error(both) < 0.005);
+  CHECK(error(both, icp_metric::point_to_point) < 0.3 * without);
+  CHECK(error(both, icp_metric::point_to_plane) < 0.005);
 }
 
 TEST_CASE("normals must be given for all points of both scans, or for none") {

@@ -22,6 +22,7 @@
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
+#include "globalmatch/statistics.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch {
@@ -64,7 +65,7 @@ struct icp_result {
   bool converged = false;  ///< false: too few pairs, or still moving at the last iteration
   int iterations = 0;
   std::size_t pairs = 0;  ///< in the last iteration
-  double rms = 0;         ///< [m] distance of these pairs, along the normals for planes
+  double rms = 0;         ///< [m] distance of these pairs, for planes along the normals and weighted
 };
 
 namespace detail {
@@ -120,19 +121,39 @@ struct icp_surface {
 
 }  // namespace GLOBALMATCH_THREADING
 
-/// Small motion that brings `moved` nearest to the planes through `target` along `normals` (linearised
-/// rotation), about `center`. 4-DoF turns about z alone.
-inline std::optional<Eigen::Isometry3d> plane_step(const std::vector<Eigen::Vector3d>& moved,
-                                                   const std::vector<Eigen::Vector3d>& target,
-                                                   const std::vector<Eigen::Vector3d>& normals,
-                                                   const Eigen::Vector3d& center, degrees_of_freedom dof) {
+/// Moved source samples, each with its partner in the target, its normal there, and its weight in the fit.
+struct icp_pairs {
+  std::vector<Eigen::Vector3d> moved, target, normals;
+  std::vector<double> weights;
+
+  double off_plane(std::size_t i) const { return normals[i].dot(moved[i] - target[i]); }
+};
+
+/// Weights, from one on, by how far pairs lie off their planes: Tukey's, as in `robust_fit.hpp`. What stands
+/// on the ground is nearer to it than samples lie apart, and would lift it.
+inline void weigh_by_planes(icp_pairs& pairs, std::size_t first) {
+  constexpr double usual = 4.685, deviation_of_median = 1.4826;
+  std::vector<double> off;
+  for (std::size_t i = first; i < pairs.moved.size(); ++i) off.push_back(std::abs(pairs.off_plane(i)));
+  if (off.empty()) return;
+  const double reach = usual * deviation_of_median * median(off);
+  for (std::size_t i = first; i < pairs.moved.size() && reach > 0; ++i) {
+    const double share = pairs.off_plane(i) / reach;
+    pairs.weights[i] = std::abs(share) < 1 ? std::pow(1 - share * share, 2) : 0;
+  }
+}
+
+/// Small motion that brings the moved samples nearest to the planes of their partners (linearised rotation),
+/// about `center`. 4-DoF turns about z alone.
+inline std::optional<Eigen::Isometry3d> plane_step(const icp_pairs& pairs, const Eigen::Vector3d& center,
+                                                   degrees_of_freedom dof) {
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  for (std::size_t i = 0; i < moved.size(); ++i) {
+  for (std::size_t i = 0; i < pairs.moved.size(); ++i) {
     Eigen::Matrix<double, 6, 1> row;
-    row << (moved[i] - center).cross(normals[i]), normals[i];
-    normal += row * row.transpose();
-    right += row * normals[i].dot(target[i] - moved[i]);
+    row << (pairs.moved[i] - center).cross(pairs.normals[i]), pairs.normals[i];
+    normal += pairs.weights[i] * row * row.transpose();
+    right -= pairs.weights[i] * pairs.off_plane(i) * row;
   }
   if (dof == degrees_of_freedom::four) {
     normal.topRows<2>().setZero();
@@ -158,8 +179,8 @@ inline namespace GLOBALMATCH_THREADING {
 /// apart.
 inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& target_from_source,
                          const Eigen::Vector3d& origin, const icp_options& options, const execution& how,
-                         std::vector<Eigen::Vector3d>& moved, std::vector<Eigen::Vector3d>& partners,
-                         std::vector<Eigen::Vector3d>& normals) {
+                         icp_pairs& pairs) {
+  const std::size_t first = pairs.moved.size();
   std::vector<Eigen::Vector3d> laid(surface.source.size());
   std::vector<neighbor<double>> nearest_of(surface.source.size());
   parallel_chunks(how, "icp", laid.size(), 1024, [&](std::size_t begin, std::size_t end) {
@@ -186,10 +207,12 @@ inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& ta
   const double limit = std::min(options.largest_distance, options.trimming * *middle);
   for (std::size_t i = 0; i < laid.size(); ++i) {
     if (nearest_of[i].squared_distance > limit * limit || !face_the_same_way(i)) continue;
-    moved.push_back(laid[i]);
-    partners.push_back(surface.target[nearest_of[i].index]);
-    normals.push_back(surface.normals[nearest_of[i].index]);
+    pairs.moved.push_back(laid[i]);
+    pairs.target.push_back(surface.target[nearest_of[i].index]);
+    pairs.normals.push_back(surface.normals[nearest_of[i].index]);
+    pairs.weights.push_back(1);
   }
+  if (options.metric == icp_metric::point_to_plane) weigh_by_planes(pairs, first);
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -222,25 +245,27 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   }
 
   while (result.iterations < options.most_iterations && !result.converged) {
-    std::vector<Eigen::Vector3d> moved, partners, normals;
+    detail::icp_pairs pairs;
     for (const detail::icp_surface& surface : surfaces)
-      detail::pair_nearest(surface, result.target_from_source, origin, options, how, moved, partners,
-                           normals);
-    if (moved.size() < 6) return result;
+      detail::pair_nearest(surface, result.target_from_source, origin, options, how, pairs);
+    const auto count = std::size_t(std::count_if(pairs.weights.begin(), pairs.weights.end(),
+                                                 [](double weight) { return weight > 0; }));
+    if (count < 6) return result;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    double squares = 0;
-    for (std::size_t i = 0; i < moved.size(); ++i) {
-      const Eigen::Vector3d d = moved[i] - partners[i];
-      center += moved[i] / double(moved.size());
-      squares += planes ? std::pow(normals[i].dot(d), 2) : d.squaredNorm();
+    double squares = 0, weights = 0;
+    for (std::size_t i = 0; i < pairs.moved.size(); ++i) {
+      center += pairs.moved[i] / double(pairs.moved.size());
+      squares += pairs.weights[i] * (planes ? std::pow(pairs.off_plane(i), 2)
+                                            : (pairs.moved[i] - pairs.target[i]).squaredNorm());
+      weights += pairs.weights[i];
     }
-    const auto motion = planes ? detail::plane_step(moved, partners, normals, center, dof)
-                               : fit_transform(moved, partners, dof);
+    const auto motion = planes ? detail::plane_step(pairs, center, dof)
+                               : fit_transform(pairs.moved, pairs.target, dof);
     if (!motion) return result;
     result.target_from_source =
         Eigen::Translation3d(origin) * *motion * Eigen::Translation3d(-origin) * result.target_from_source;
-    result.pairs = moved.size();
-    result.rms = std::sqrt(squares / double(moved.size()));
+    result.pairs = count;
+    result.rms = std::sqrt(squares / weights);
     ++result.iterations;
     const double shift = (*motion * center - center).norm();
     const double turn = Eigen::AngleAxisd(motion->linear()).angle();

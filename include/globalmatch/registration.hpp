@@ -14,11 +14,13 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/funnel.hpp"
 #include "globalmatch/icp.hpp"
+#include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
 #include "globalmatch/verdict.hpp"
+#include "globalmatch/voxel_grid.hpp"
 
 namespace globalmatch {
 
@@ -74,27 +76,45 @@ inline std::string where_stems_were_lost(const stem_map& source, const stem_map&
 
 inline namespace GLOBALMATCH_THREADING {
 
+/// Samples in the levelled frame of their map, with their normals.
+struct levelled_samples {
+  std::vector<Eigen::Vector3d> points, normals;
+};
+
+inline levelled_samples level_ground(const stem_map& map) {
+  levelled_samples levelled;
+  for (const Eigen::Vector3d& p : map.ground_samples)
+    levelled.points.push_back(map.terrain.frame.to_local(p));
+  return levelled;
+}
+
+/// Stem samples, one for each voxel: stems near a scanner, which are dense, would outweigh the others.
+inline levelled_samples level_stems(const stem_map& map, const execution& how) {
+  constexpr double spacing = 0.03;  // [m] several samples around a thin stem
+  levelled_samples levelled;
+  local_points all;
+  for (std::size_t i = 0; i < map.stem_samples.size(); ++i)
+    all.push_back(map.terrain.frame.to_local(map.stem_samples[i]).cast<float>(), static_cast<point_index>(i));
+  const bool turned = map.stem_normals.size() == map.stem_samples.size();
+  for (const point_index i : thin_by_voxels(all, spacing, how)) {
+    levelled.points.push_back(map.terrain.frame.to_local(map.stem_samples[i]));
+    if (turned)
+      levelled.normals.push_back(map.terrain.frame.local_from_scan_rotation * map.stem_normals[i]);
+  }
+  return levelled;
+}
+
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
                                     const icp_options& options, const execution& how) {
-  const auto levelled = [](const stem_map& map, const std::vector<Eigen::Vector3d>& samples) {
-    std::vector<Eigen::Vector3d> local;
-    for (const Eigen::Vector3d& p : samples) local.push_back(map.terrain.frame.to_local(p));
-    return local;
-  };
-  const auto turned = [](const stem_map& map, const std::vector<Eigen::Vector3d>& normals) {
-    std::vector<Eigen::Vector3d> local;
-    for (const Eigen::Vector3d& n : normals) local.push_back(map.terrain.frame.local_from_scan_rotation * n);
-    return local;
-  };
-  std::vector<icp_layer> layers = {
-      {levelled(source, source.ground_samples), levelled(target, target.ground_samples)},
-      {levelled(source, source.stem_samples), levelled(target, target.stem_samples)}};
-  if (source.stem_normals.size() == source.stem_samples.size() &&
-      target.stem_normals.size() == target.stem_samples.size()) {
-    layers.back().source_normals = turned(source, source.stem_normals);
-    layers.back().target_normals = turned(target, target.stem_normals);
+  levelled_samples source_stems = level_stems(source, how), target_stems = level_stems(target, how);
+  std::vector<icp_layer> layers = {{level_ground(source).points, level_ground(target).points},
+                                   {std::move(source_stems.points), std::move(target_stems.points)}};
+  if (source_stems.normals.size() == layers.back().source.size() &&
+      target_stems.normals.size() == layers.back().target.size()) {
+    layers.back().source_normals = std::move(source_stems.normals);
+    layers.back().target_normals = std::move(target_stems.normals);
   }
   const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
   const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();
