@@ -36,7 +36,7 @@ std::vector<float> times(double factor, std::vector<float> misfits) {
 
 TEST_CASE("by chance a fit is as improbable as is told, or less, also where all pairs fit or miss together") {
   for (const double together : {0.0, 0.3, 1.0, 2.0})
-    for (const std::size_t pairs : {12, 30, 100}) {
+    for (const std::size_t pairs : {12u, 30u, 100u}) {
       CAPTURE(together, pairs);
       int all = 0, in_ten = 0, in_hundred = 0;
       for (std::uint64_t seed = 1; seed <= 40; ++seed) {
@@ -72,7 +72,7 @@ TEST_CASE("pairs that fit several times better than others are told, the more of
   random_source random(1);
   const misfits_by_chance chance(drawn_motions(100, 50, 0, random));
   double before = 0;
-  for (const std::size_t pairs : {12, 25, 50, 100}) {
+  for (const std::size_t pairs : {12u, 25u, 50u, 100u}) {
     const double told = chance.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
     CHECK(told < before - 5);
     before = told;
