@@ -129,13 +129,13 @@ struct moment_raster {
   const plane_moments& block(int c, int r) const {
     return blocks[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
   }
-  /// Of the blocks within `reach` blocks of one.
-  plane_moments around(int column, int row, int reach) const {
-    plane_moments sum;
+  /// Of each column, over the rows within `reach` of one: the sum over a square of blocks is that of a few of
+  /// these.
+  std::vector<plane_moments> column_sums(int row, int reach) const {
+    std::vector<plane_moments> sums(static_cast<std::size_t>(columns));
     for (int r = std::max(row - reach, 0); r <= std::min(row + reach, rows - 1); ++r)
-      for (int c = std::max(column - reach, 0); c <= std::min(column + reach, columns - 1); ++c)
-        sum += block(c, r);
-    return sum;
+      for (int c = 0; c < columns; ++c) sums[std::size_t(c)] += block(c, r);
+    return sums;
   }
   /// Blocks of twice the width.
   moment_raster halved() const {
@@ -173,11 +173,15 @@ inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int r
     parallel_for(
         how, "ground", std::size_t(here.rows),
         [&](std::size_t row) {
-          const int r = int(row);
+          const int r = int(row), near = coarser ? reach : 0;
+          const auto column_sums = here.column_sums(r, near);
           for (int c = 0; c < here.columns; ++c) {
             const double x = (c + 0.5) * here.width, y = (r + 0.5) * here.width;
+            plane_moments around;
+            for (int a = std::max(c - near, 0); a <= std::min(c + near, here.columns - 1); ++a)
+              around += column_sums[std::size_t(a)];
             local_plane& plane = planes[std::size_t(r) * std::size_t(here.columns) + std::size_t(c)];
-            plane = here.around(c, r, coarser ? reach : 0).fit(x, y, coarser ? least : 1);
+            plane = around.fit(x, y, coarser ? least : 1);
             if (plane.known() || !coarser) continue;
             const moment_raster& wide = coarser->raster;
             plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];

@@ -144,18 +144,20 @@ class map_pair {
  public:
   map_pair(const position_set& from, const position_set& onto, bool ignore_heights,
            degrees_of_freedom freedom, double height_tolerance = 1)
-      : map_pair(from, onto, std::make_shared<plan_index>(onto), ignore_heights, freedom, height_tolerance) {}
+      : map_pair(from, onto, std::make_shared<plan_index>(from), std::make_shared<plan_index>(onto),
+                 ignore_heights, freedom, height_tolerance) {}
 
-  /// `target_index` is that of `onto`.
-  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> target_index,
-           bool ignore_heights, degrees_of_freedom freedom, double height_tolerance = 1)
+  /// `from_index` and `onto_index` are those of `from` and of `onto`.
+  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> from_index,
+           std::shared_ptr<const plan_index> onto_index, bool ignore_heights, degrees_of_freedom freedom,
+           double height_tolerance = 1)
       : source(from),
         target(onto),
         horizontal(ignore_heights),
         dof(freedom),
         vertical_tolerance(height_tolerance),
-        source_plan(std::make_shared<plan_index>(from)),
-        target_plan(std::move(target_index)) {}
+        source_plan(std::move(from_index)),
+        target_plan(std::move(onto_index)) {}
 
   /// The same maps the other way round.
   map_pair reversed() const {
@@ -210,11 +212,10 @@ class map_pair {
   std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double tolerance,
                                          const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
                                          double radius = std::numeric_limits<double>::infinity()) const {
-    constexpr std::size_t often = 16384;
     std::vector<std::pair<double, correspondence>> candidates;
     std::size_t looked_at = 0;
     for_each_source_within(center, radius, [&](stem_index s) {
-      if (++looked_at % often == 0) say_on_the_way();
+      say_on_the_way_at(looked_at++);
       for_each_met(target_from_source * source.at[s], tolerance, [&](stem_index t, double distance) {
         candidates.push_back({distance, {s, t}});
       });
@@ -253,6 +254,10 @@ class map_pair {
   void say_on_the_way() const {
     if (on_the_way) on_the_way();
   }
+  /// At the `i`-th of many steps: now and then.
+  void say_on_the_way_at(std::size_t i) const {
+    if (i % often == often - 1) say_on_the_way();
+  }
 
   /// Distance [m] of two paired stems.
   double misfit(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
@@ -267,16 +272,7 @@ class map_pair {
   }
 
  private:
-  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> from_index,
-           std::shared_ptr<const plan_index> onto_index, bool ignore_heights, degrees_of_freedom freedom,
-           double height_tolerance)
-      : source(from),
-        target(onto),
-        horizontal(ignore_heights),
-        dof(freedom),
-        vertical_tolerance(height_tolerance),
-        source_plan(std::move(from_index)),
-        target_plan(std::move(onto_index)) {}
+  static constexpr std::size_t often = 16384;  // stems
 
   std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<const double> weights,
                                        std::span<Eigen::Vector3d> from, std::span<Eigen::Vector3d> to,

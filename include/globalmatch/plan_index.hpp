@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "globalmatch/execution.hpp"
 #include "globalmatch/neighbors.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
@@ -41,16 +42,19 @@ class plan_index {
  public:
   plan_index() = default;
 
-  explicit plan_index(const position_set& stems) {
+  /// Throws `operation_cancelled` when the progress callback of `how` says so.
+  explicit plan_index(const position_set& stems, const execution& how = {}) {
     constexpr double crowded = 8, least = 0.1;  // [m]
     // Where stems stand in corridors, or in stands far apart, the map's extent tells nothing of their
     // spacing.
     for (spacing_ = typical_spacing(stems);; spacing_ = std::max(least, spacing_ / 2)) {
+      report_progress(how, "plan index", 0.5);
       grid_ = grid(stems.size(), spacing_, [&](std::size_t i) {
         return grid::item{{stems.at[i].x(), stems.at[i].y()}, static_cast<stem_index>(i)};
       });
       if (spacing_ <= least || grid_.crowding() < crowded) break;
     }
+    report_progress(how, "plan index", 1);
     at_.reserve(stems.size());
     for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
   }

@@ -140,7 +140,7 @@ inline namespace GLOBALMATCH_THREADING {
 inline prepared_map without_triangles(position_set stems, bool in_plan, const execution& how) {
   report_progress(how, "plan index", 0);
   prepared_map map{std::move(stems), nullptr, nullptr, {}, in_plan};
-  map.plan = std::make_shared<plan_index>(map.stems);
+  map.plan = std::make_shared<plan_index>(map.stems, how);
   map.background = std::make_shared<stand>(map.stems, map.plan);
   return map;
 }
@@ -323,9 +323,11 @@ inline void forget_what_chance_explains(std::vector<hypothesis>& hypotheses, con
 
 /// Judges the hypotheses, which are in the frames of `maps`, and tells the caller in theirs.
 inline void conclude(matching& result, const map_pair& maps, const matching_options& options) {
+  maps.say_on_the_way();
   const verdict judged = judge(result.hypotheses, maps, options.verdict);
   result.outcome = judged.outcome;
   result.reason = judged.reason;
+  maps.say_on_the_way();
   result.probability = probability_of(result.hypotheses, options.verdict);
   if (result.hypotheses.empty()) {
     result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
@@ -335,6 +337,7 @@ inline void conclude(matching& result, const map_pair& maps, const matching_opti
     result.uncertainty = uncertainty_of(result.hypotheses.front(), maps);
     if (result.uncertainty) result.uncertainty = in_caller_frame(*result.uncertainty, maps.target.frame);
   }
+  maps.say_on_the_way();
   for (hypothesis& h : result.hypotheses) in_caller_frames(h, maps.source, maps.target);
   const hypothesis& best = result.hypotheses.front();
   result.tolerance = best.tolerance;
@@ -355,9 +358,10 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   matching result;
   result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
   report_progress(how, "plan index", 0);
-  map_pair maps(source, target.stems, target.plan, result.horizontal, options.dof,
-                options.vertical_tolerance);
+  map_pair maps(source, target.stems, std::make_shared<plan_index>(source, how), target.plan,
+                result.horizontal, options.dof, options.vertical_tolerance);
   maps.on_the_way = [&] { report_progress(how, "verification", 0); };
+  maps.say_on_the_way();
   if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)
     throw std::invalid_argument(maps.in_plan()
                                     ? "target was prepared for distances in space; prepare it with dof four"

@@ -119,7 +119,9 @@ inline std::optional<motion_uncertainty> uncertainty_of(const hypothesis& h, con
   const std::vector<int> unknowns = four ? std::vector{0, 1, 3} : std::vector{0, 1, 2, 3, 4, 5};
   const auto coordinates = Eigen::seqN(0, four ? 2 : 3);
   detail::misfit_adjustment adjustment(Eigen::Index(unknowns.size()));
+  std::size_t adjusted = 0;
   for (const correspondence& c : h.correspondences) {
+    maps.say_on_the_way_at(adjusted++);
     const Eigen::Vector3d laid = h.target_from_source * maps.source.at[c.source];
     adjustment.add(result.derivative(laid)(coordinates, unknowns),
                    (maps.target.at[c.target] - laid)(coordinates), detail::known_variance(maps, c) + unknown);
