@@ -108,6 +108,19 @@ TEST_CASE("weighing finds the tolerance of the noise, and the pairs stand at it"
   }
 }
 
+TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
+  const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
+  for (const bool horizontal : {true, false}) {
+    const map_pair maps(stems, stems, horizontal, four);
+    const chance by_chance(maps, std::vector{0.05});
+    const auto landing = by_chance.lay(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    CHECK(landing.misfits == std::vector<double>(4, 0.0));
+    const double alarms = by_chance.log10_false_alarms(landing, 0.05);
+    CHECK(std::isfinite(alarms));
+    CHECK(alarms < 0);
+  }
+}
+
 TEST_CASE("chance explains everything in maps of fewer than three stems") {
   random_source random(1);
   for (const std::size_t count : {0u, 1u, 2u}) {

@@ -151,14 +151,17 @@ class chance {
   }
 
   /// Sums of the chances of being as near, of the first misfits [m, increasing]. Between the tolerances that
-  /// are known they grow with the area within reach.
+  /// are known they grow with the area within reach. Copied stems, which meet exactly, are met by chance as
+  /// well as others.
   std::vector<double> explain(const std::vector<double>& misfits, double chances::*of) const {
+    constexpr double finest = 1e-4;  // [m] no stem's place is known better
     const auto square = [](double d) { return d * d; };
     std::vector<double> sums;
     chances below = {0, 0, 0};
     auto above = known_.begin();
     double sum = 0;
-    for (const double misfit : misfits) {
+    for (const double given : misfits) {
+      const double misfit = std::max(given, finest);
       while (above != known_.end() && above->tolerance <= misfit) below = *above++;
       if (above == known_.end()) {
         sum += compute(misfit).*of;
