@@ -218,9 +218,20 @@ TEST_CASE("samples lie on the ground and on the stems, in the frame of the scan"
   for (const Vector3d& p : map.ground_samples)
     deepest = std::max(deepest, std::abs(p.z() - truth.ground(p.x(), p.y())));
   CHECK(deepest < 0.5);
-  std::size_t supports = 0;
-  for (const stem& s : map.stems) supports += s.support.size();
-  CHECK(map.stem_samples.size() == supports);
+  // One in each part of a cell that a stem has points in.
+  const double furthest = std::sqrt(3.0) * detail::cell_width / 2 + 1e-5;
+  std::size_t supports = 0, without_sample = 0;
+  for (const stem& s : map.stems)
+    for (const point_index i : s.support) {
+      ++supports;
+      if (i % 16 != 0) continue;
+      const Vector3d p = truth.scan[i].cast<double>();
+      without_sample += std::none_of(map.stem_samples.begin(), map.stem_samples.end(),
+                                     [&](const Vector3d& q) { return (p - q).norm() < furthest; });
+    }
+  CHECK(without_sample == 0);
+  CHECK(map.stem_samples.size() < supports);
+  CHECK(map.stem_normals.size() == map.stem_samples.size());
 }
 
 TEST_CASE("the funnel counts what each step left") {

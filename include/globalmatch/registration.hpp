@@ -14,13 +14,11 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/funnel.hpp"
 #include "globalmatch/icp.hpp"
-#include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
 #include "globalmatch/verdict.hpp"
-#include "globalmatch/voxel_grid.hpp"
 
 namespace globalmatch {
 
@@ -74,47 +72,34 @@ inline std::string where_stems_were_lost(const stem_map& source, const stem_map&
   return "";
 }
 
+/// From the frame of the scan to the levelled one of its map.
+inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points, const stem_map& map) {
+  std::vector<Eigen::Vector3d> local;
+  local.reserve(points.size());
+  for (const Eigen::Vector3d& p : points) local.push_back(map.terrain.frame.to_local(p));
+  return local;
+}
+inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map) {
+  std::vector<Eigen::Vector3d> local;
+  local.reserve(map.stem_normals.size());
+  for (const Eigen::Vector3d& n : map.stem_normals)
+    local.push_back(map.terrain.frame.local_from_scan_rotation * n);
+  return local;
+}
+
 inline namespace GLOBALMATCH_THREADING {
-
-/// Samples in the levelled frame of their map, with their normals.
-struct levelled_samples {
-  std::vector<Eigen::Vector3d> points, normals;
-};
-
-inline levelled_samples level_ground(const stem_map& map) {
-  levelled_samples levelled;
-  for (const Eigen::Vector3d& p : map.ground_samples)
-    levelled.points.push_back(map.terrain.frame.to_local(p));
-  return levelled;
-}
-
-/// Stem samples, one for each voxel: stems near a scanner, which are dense, would outweigh the others.
-inline levelled_samples level_stems(const stem_map& map, const execution& how) {
-  constexpr double spacing = 0.03;  // [m] several samples around a thin stem
-  levelled_samples levelled;
-  local_points all;
-  for (std::size_t i = 0; i < map.stem_samples.size(); ++i)
-    all.push_back(map.terrain.frame.to_local(map.stem_samples[i]).cast<float>(), static_cast<point_index>(i));
-  const bool turned = map.stem_normals.size() == map.stem_samples.size();
-  for (const point_index i : thin_by_voxels(all, spacing, how)) {
-    levelled.points.push_back(map.terrain.frame.to_local(map.stem_samples[i]));
-    if (turned)
-      levelled.normals.push_back(map.terrain.frame.local_from_scan_rotation * map.stem_normals[i]);
-  }
-  return levelled;
-}
 
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
                                     const icp_options& options, const execution& how) {
-  levelled_samples source_stems = level_stems(source, how), target_stems = level_stems(target, how);
-  std::vector<icp_layer> layers = {{level_ground(source).points, level_ground(target).points},
-                                   {std::move(source_stems.points), std::move(target_stems.points)}};
-  if (source_stems.normals.size() == layers.back().source.size() &&
-      target_stems.normals.size() == layers.back().target.size()) {
-    layers.back().source_normals = std::move(source_stems.normals);
-    layers.back().target_normals = std::move(target_stems.normals);
+  std::vector<icp_layer> layers = {
+      {levelled(source.ground_samples, source), levelled(target.ground_samples, target)},
+      {levelled(source.stem_samples, source), levelled(target.stem_samples, target)}};
+  const auto have_normals = [](const stem_map& m) { return m.stem_normals.size() == m.stem_samples.size(); };
+  if (have_normals(source) && have_normals(target)) {
+    layers.back().source_normals = levelled_normals(source);
+    layers.back().target_normals = levelled_normals(target);
   }
   const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
   const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();

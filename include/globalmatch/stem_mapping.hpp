@@ -4,7 +4,10 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -90,7 +93,7 @@ struct stem_map {
   double spacing_far = 0;         ///< [m] a tenth are wider apart
   double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
   std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
-  std::vector<Eigen::Vector3d> stem_samples;    ///< thinned points on the stems, frame of the scan
+  std::vector<Eigen::Vector3d> stem_samples;    ///< points on the stems, thinned, frame of the scan
   std::vector<Eigen::Vector3d> stem_normals;    ///< unit, from the stem's axis to each of these
   mapping_funnel funnel;
   bool cancelled = false;  ///< the progress callback said so; nothing else is filled
@@ -186,7 +189,43 @@ inline stem_points stem_points_by_points(const local_points& understory, const m
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Points for a fine registration: on the ground and on the stems, frame of the scan.
+/// Of points sorted into cells the one nearest to the middle of each of the eight parts of each cell, in no
+/// order. Stems near a scanner, which are dense, would outweigh the others in a fine registration.
+inline std::vector<point_index> thin_in_cells(const local_points& sorted,
+                                              const std::vector<point_index>& chosen) {
+  constexpr double half = cell_width / 2;
+  constexpr float none = std::numeric_limits<float>::infinity();
+  struct nearest {
+    float squared = none;
+    point_index point = 0;
+  };
+  using numbers = std::array<int, 3>;
+  std::vector<point_index> kept;
+  std::array<nearest, 8> of_part;
+  numbers cell = {};
+  const auto keep = [&] {
+    for (nearest& n : of_part)
+      if (n.squared < none) kept.push_back(std::exchange(n, {}).point);
+  };
+  for (const point_index i : chosen) {
+    numbers part;
+    float squared = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double halves = double(sorted[i][axis]) / half, number = std::floor(halves);
+      part[std::size_t(axis)] = static_cast<int>(number);
+      squared += float((halves - number - 0.5) * (halves - number - 0.5));
+    }
+    const numbers own = {part[0] >> 1, part[1] >> 1, part[2] >> 1};
+    if (own != cell) keep();
+    cell = own;
+    nearest& n = of_part[std::size_t((part[0] & 1) | (part[1] & 1) << 1 | (part[2] & 1) << 2)];
+    if (squared < n.squared) n = {squared, i};
+  }
+  keep();
+  return kept;
+}
+
+/// Points for a fine registration: on the ground and, thinned, on the stems; frame of the scan.
 inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
                             stem_map& map, const execution& how) {
   const local_frame& frame = map.terrain.frame;
@@ -194,25 +233,19 @@ inline void collect_samples(const std::vector<stem_cylinder>& stems, const local
   map.ground_samples.resize(ground.size());
   parallel_for(how, "samples", ground.size(),
                [&](std::size_t i) { map.ground_samples[i] = frame.to_scan(ground[i].cast<double>()); });
-  std::vector<std::size_t> first;
-  std::size_t all = 0;
-  for (const stem_cylinder& s : stems) first.push_back(std::exchange(all, all + s.support.size()));
-  map.stem_samples.resize(all);
-  map.stem_normals.resize(all);
   const Eigen::Matrix3d scan_from_local = frame.local_from_scan_rotation.transpose();
+  std::vector<std::vector<point_index>> kept_of(stems.size());
   parallel_for(
       how, "samples", stems.size(),
-      [&](std::size_t k) {
-        const cylinder& c = stems[k].cylinder;
-        std::size_t at = first[k];
-        for (const point_index i : stems[k].support) {
-          const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - c.point;
-          const Eigen::Vector3d outward = from_axis - from_axis.dot(c.axis) * c.axis;
-          map.stem_samples[at] = frame.to_scan(p);
-          map.stem_normals[at++] = scan_from_local * outward.normalized();
-        }
-      },
-      4);
+      [&](std::size_t k) { kept_of[k] = thin_in_cells(understory, stems[k].support); }, 4);
+  for (std::size_t k = 0; k < stems.size(); ++k)
+    for (const point_index i : kept_of[k]) {
+      const cylinder& c = stems[k].cylinder;
+      const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - c.point;
+      const Eigen::Vector3d outward = from_axis - from_axis.dot(c.axis) * c.axis;
+      map.stem_samples.push_back(frame.to_scan(p));
+      map.stem_normals.push_back(scan_from_local * outward.normalized());
+    }
 }
 
 }  // namespace GLOBALMATCH_THREADING
