@@ -16,7 +16,7 @@ std::vector<hypothesis> propose(const position_set& source, const position_set& 
                                 const indexed_matching_options& options = {}, const execution& how = {},
                                 double tolerance = 0.05) {
   const auto plan = std::make_shared<plan_index>(target);
-  const map_pair maps(source, target, plan, false, four);
+  const map_pair maps(source, target, std::make_shared<plan_index>(source), plan, false, four);
   const std::size_t neighbors = target.size() <= 100 ? 20 : 5;
   matching_funnel funnel;
   return match_by_index(maps, triangle_index(target, *plan, false, neighbors), tolerance, chance(maps),
