@@ -68,23 +68,25 @@ double rolling(double x, double y) {
 }  // namespace
 
 TEST_CASE("planes at all scales go through a slope, next to points and far from them") {
-  detail::moment_raster raster{1, 40, 30, {}};
-  raster.blocks.resize(40 * 30);
+  detail::plane_pyramid pyramid;
+  pyramid.cleared(1, 70, 50).blocks.front().add({0.5, 0.5, 100});  // forgotten, though its memory is kept
+  CHECK(pyramid.fit(1, 5, {}).size() == 70 * 50);
+  detail::moment_raster& raster = pyramid.cleared(1, 40, 30);
   const auto height = [](double x, double y) { return 2 + 0.3 * x - 0.2 * y; };
   random_source random(31);
   for (int i = 0; i < 200; ++i) {  // in one corner
     const double x = scenes::in_range(random, 0, 6), y = scenes::in_range(random, 0, 6);
     raster.blocks[std::size_t(y) * 40 + std::size_t(x)].add(Vector3d(x, y, height(x, y)).cast<float>());
   }
-  const auto planes = detail::planes_at_all_scales(raster, 1, 5, {});
+  const auto& planes = pyramid.fit(1, 5, {});
   REQUIRE(planes.size() == 40 * 30);
   for (const auto& [c, r] : {std::pair(2, 2), {5, 5}, {12, 8}, {39, 29}}) {
     const double expected = height(c + 0.5, r + 0.5), away = std::hypot(c, r);
     CHECK(planes[std::size_t(r) * 40 + std::size_t(c)].height ==
           Approx(expected).margin(0.001 + 0.002 * away));
   }
-  raster.blocks.assign(raster.blocks.size(), {});
-  CHECK_FALSE(detail::planes_at_all_scales(raster, 1, 5, {}).front().known());
+  pyramid.cleared(1, 40, 30);
+  CHECK_FALSE(pyramid.fit(1, 5, {}).front().known());
 }
 
 TEST_CASE("slopes with noise and multipath points are recovered to 2 cm, up to the edge of the scan") {

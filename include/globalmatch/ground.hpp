@@ -137,50 +137,68 @@ struct moment_raster {
       for (int c = 0; c < columns; ++c) sums[std::size_t(c)] += block(c, r);
     return sums;
   }
-  /// Blocks of twice the width.
-  moment_raster halved() const {
-    moment_raster half{2 * width, (columns + 1) / 2, (rows + 1) / 2, {}};
-    half.blocks.resize(std::size_t(half.columns) * std::size_t(half.rows));
+  /// Blocks of twice the width, in the memory of another raster.
+  void halve_into(moment_raster& half) const {
+    half.width = 2 * width;
+    half.columns = (columns + 1) / 2;
+    half.rows = (rows + 1) / 2;
+    half.blocks.assign(std::size_t(half.columns) * std::size_t(half.rows), {});
     for (int r = 0; r < rows; ++r)
       for (int c = 0; c < columns; ++c)
         half.blocks[std::size_t(r / 2) * std::size_t(half.columns) + std::size_t(c / 2)] += block(c, r);
-    return half;
   }
 };
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Planes of all blocks, each through the points of the blocks around it; where these are too few, of ever
-/// larger ones. Empty when there are too few points altogether.
-inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int reach, double least,
-                                                     const execution& how) {
+/// Planes through the points of the blocks around each block; where these are too few, of ever larger ones.
+/// Keeps its memory from one fit to the next.
+class plane_pyramid {
+ public:
+  /// Empty blocks, to be filled before a fit.
+  moment_raster& cleared(double width, int columns, int rows) {
+    if (scales_.empty()) scales_.emplace_back();
+    moment_raster& finest = scales_.front().raster;
+    finest.width = width;
+    finest.columns = columns;
+    finest.rows = rows;
+    finest.blocks.assign(std::size_t(columns) * std::size_t(rows), {});
+    return finest;
+  }
+
+  /// A plane for each block, not known when there are no points at all. Refers to the pyramid.
+  const std::vector<local_plane>& fit(int reach, double least, const execution& how) {
+    std::size_t top = 0;
+    for (; scales_[top].raster.columns > 1 || scales_[top].raster.rows > 1; ++top) {
+      if (scales_.size() == top + 1) scales_.emplace_back();
+      scales_[top].raster.halve_into(scales_[top + 1].raster);
+    }
+    for (std::size_t s = top + 1; s-- > 0;)
+      fit_scale(scales_[s], s < top ? &scales_[s + 1] : nullptr, reach, least, how);
+    return scales_.front().planes;
+  }
+
+ private:
   struct scale {
     moment_raster raster;
     std::vector<local_plane> planes;
   };
-  std::vector<scale> scales;
-  for (;;) {
-    const bool last = raster.columns <= 1 && raster.rows <= 1;
-    scales.push_back({std::move(raster), {}});
-    if (last) break;
-    raster = scales.back().raster.halved();
-  }
-  for (std::size_t s = scales.size(); s-- > 0;) {
-    const moment_raster& here = scales[s].raster;
-    std::vector<local_plane>& planes = scales[s].planes;
-    planes.resize(here.blocks.size());
-    const scale* coarser = s + 1 < scales.size() ? &scales[s + 1] : nullptr;
+
+  static void fit_scale(scale& here, const scale* coarser, int reach, double least, const execution& how) {
+    const moment_raster& raster = here.raster;
+    const int near = coarser ? reach : 0;
+    here.planes.resize(raster.blocks.size());
     parallel_for(
-        how, "ground", std::size_t(here.rows),
+        how, "ground", std::size_t(raster.rows),
         [&](std::size_t row) {
-          const int r = int(row), near = coarser ? reach : 0;
-          const auto column_sums = here.column_sums(r, near);
-          for (int c = 0; c < here.columns; ++c) {
-            const double x = (c + 0.5) * here.width, y = (r + 0.5) * here.width;
+          const int r = int(row);
+          const auto column_sums = raster.column_sums(r, near);
+          for (int c = 0; c < raster.columns; ++c) {
+            const double x = (c + 0.5) * raster.width, y = (r + 0.5) * raster.width;
             plane_moments around;
-            for (int a = std::max(c - near, 0); a <= std::min(c + near, here.columns - 1); ++a)
+            for (int a = std::max(c - near, 0); a <= std::min(c + near, raster.columns - 1); ++a)
               around += column_sums[std::size_t(a)];
-            local_plane& plane = planes[std::size_t(r) * std::size_t(here.columns) + std::size_t(c)];
+            local_plane& plane = here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)];
             plane = around.fit(x, y, coarser ? least : 1);
             if (plane.known() || !coarser) continue;
             const moment_raster& wide = coarser->raster;
@@ -191,8 +209,9 @@ inline std::vector<local_plane> planes_at_all_scales(moment_raster raster, int r
         },
         16);
   }
-  return std::move(scales.front().planes);
-}
+
+  std::vector<scale> scales_;  // from fine to coarse; those of an earlier, larger raster may follow
+};
 
 }  // namespace GLOBALMATCH_THREADING
 
@@ -270,11 +289,11 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
         }
       },
       8);
-  detail::moment_raster sparse{width, across, along, {}};
-  sparse.blocks.resize(lowest_of.size());
+  detail::plane_pyramid pyramid;
+  detail::moment_raster& sparse = pyramid.cleared(width, across, along);
   for (std::size_t i = 0; i < lowest_of.size(); ++i)
     if (!std::isnan(lowest_of[i].z())) sparse.blocks[i].add(lowest_of[i]);
-  const auto wider = detail::planes_at_all_scales(std::move(sparse), reach, 6, how);
+  const auto& wider = pyramid.fit(reach, 6, how);
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (!planes[i].known()) planes[i] = wider[i];
 
@@ -304,9 +323,9 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   result.heights = std::move(heights);
 
   std::vector<std::uint8_t> is_ground(lowest.points.size(), 0);
-  const auto keep_near = [&](double above) {
-    detail::moment_raster moments{result.resolution, columns, rows, {}};
-    moments.blocks.resize(result.heights.size());
+  detail::plane_pyramid pyramid;
+  const auto keep_near = [&](double above) -> const detail::moment_raster& {
+    detail::moment_raster& moments = pyramid.cleared(result.resolution, columns, rows);
     constexpr int cells = detail::lowest_per_cloth_cell;  // a node
     parallel_for(
         how, "ground", std::size_t(rows),
@@ -326,12 +345,12 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   };
   for (const auto& [above, reach] :
        {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
-    detail::moment_raster moments = keep_near(above);
-    const auto planes = detail::planes_at_all_scales(std::move(moments), reach, least_points, how);
+    keep_near(above);
+    const auto& planes = pyramid.fit(reach, least_points, how);
     for (std::size_t i = 0; i < planes.size(); ++i)
       if (planes[i].known()) result.heights[i] = planes[i].height;
   }
-  const detail::moment_raster counts = keep_near(roughness);
+  const detail::moment_raster& counts = keep_near(roughness);
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       result.first_ground.push_back(static_cast<std::uint32_t>(result.ground.size()));
