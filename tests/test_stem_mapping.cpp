@@ -218,8 +218,8 @@ TEST_CASE("samples lie on the ground and on the stems, in the frame of the scan"
   for (const Vector3d& p : map.ground_samples)
     deepest = std::max(deepest, std::abs(p.z() - truth.ground(p.x(), p.y())));
   CHECK(deepest < 0.5);
-  // One in each part of a cell that a stem has points in.
-  const double furthest = std::sqrt(3.0) * detail::cell_width / 2 + 1e-5;
+  // One in each cell that a stem has points in.
+  const double furthest = std::sqrt(3.0) * detail::cell_width + 1e-5;
   std::size_t supports = 0, without_sample = 0;
   for (const stem& s : map.stems)
     for (const point_index i : s.support) {

@@ -4,8 +4,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -189,39 +187,22 @@ inline stem_points stem_points_by_points(const local_points& understory, const m
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Of points sorted into cells the one nearest to the middle of each of the eight parts of each cell, in no
-/// order. Stems near a scanner, which are dense, would outweigh the others in a fine registration.
+/// Of points sorted into cells the one nearest to the middle of each cell, in their order. Stems near a
+/// scanner, which are dense, would outweigh the others in a fine registration.
 inline std::vector<point_index> thin_in_cells(const local_points& sorted,
                                               const std::vector<point_index>& chosen) {
-  constexpr double half = cell_width / 2;
-  constexpr float none = std::numeric_limits<float>::infinity();
-  struct nearest {
-    float squared = none;
-    point_index point = 0;
-  };
-  using numbers = std::array<int, 3>;
   std::vector<point_index> kept;
-  std::array<nearest, 8> of_part;
-  numbers cell = {};
-  const auto keep = [&] {
-    for (nearest& n : of_part)
-      if (n.squared < none) kept.push_back(std::exchange(n, {}).point);
-  };
+  Eigen::Vector3d cell = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  double least = 0;
   for (const point_index i : chosen) {
-    numbers part;
-    float squared = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double halves = double(sorted[i][axis]) / half, number = std::floor(halves);
-      part[std::size_t(axis)] = static_cast<int>(number);
-      squared += float((halves - number - 0.5) * (halves - number - 0.5));
-    }
-    const numbers own = {part[0] >> 1, part[1] >> 1, part[2] >> 1};
-    if (own != cell) keep();
+    const Eigen::Vector3d at = sorted[i].cast<double>() / cell_width, own = at.array().floor();
+    const double squared = (at - own - Eigen::Vector3d::Constant(0.5)).squaredNorm();
+    if (own == cell && squared >= least) continue;
+    if (own != cell) kept.emplace_back();
+    kept.back() = i;
     cell = own;
-    nearest& n = of_part[std::size_t((part[0] & 1) | (part[1] & 1) << 1 | (part[2] & 1) << 2)];
-    if (squared < n.squared) n = {squared, i};
+    least = squared;
   }
-  keep();
   return kept;
 }
 
