@@ -193,24 +193,32 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
   return c;
 }
 
-/// Covariance of the axis when points scatter by `sigma` [m] about the surface: shift along u and v at
-/// `c.point` [m], tilt towards u and v. Large when they show little of its curve.
-inline Eigen::Matrix4d axis_covariance(const cylinder& c, std::span<const Eigen::Vector3d> points,
-                                       double sigma, const std::optional<double>& usual_taper = {}) {
+/// Covariance of a cylinder: of the shift along u and v at `point` [m], the tilt towards u and v, the radius
+/// [m] and the taper [m/m].
+using cylinder_covariance_matrix = Eigen::Matrix<double, 6, 6>;
+
+/// Covariance of the cylinder when points scatter by `sigma` [m] about the surface. Large when they show
+/// little of its curve.
+inline cylinder_covariance_matrix cylinder_covariance(const cylinder& c,
+                                                      std::span<const Eigen::Vector3d> points, double sigma,
+                                                      const std::optional<double>& usual_taper = {}) {
   detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
   equations.expect_taper(c.taper, usual_taper);
-  const Eigen::Matrix<double, 6, 4> columns =
-      equations.normal.ldlt().solve(Eigen::Matrix<double, 6, 4>::Identity());
-  return sigma * sigma * columns.topRows<4>();
+  return sigma * sigma * equations.normal.ldlt().solve(cylinder_covariance_matrix::Identity());
 }
 
-/// Standard deviation [m] of the axis, across its worst direction, `along` [m] up from `c.point`.
-inline double axis_uncertainty(const Eigen::Matrix4d& covariance, double along = 0) {
+/// Standard deviation [m] of the axis, across its worst direction, `along` [m] up from `point`.
+inline double axis_uncertainty(const cylinder_covariance_matrix& covariance, double along = 0) {
   Eigen::Matrix<double, 2, 4> at;
   at << 1, 0, along, 0, 0, 1, 0, along;
-  const Eigen::Matrix2d c = at * covariance * at.transpose();
+  const Eigen::Matrix2d c = at * covariance.topLeftCorner<4, 4>() * at.transpose();
   const double half = (c(0, 0) - c(1, 1)) / 2;
   return std::sqrt(std::max(0.0, (c(0, 0) + c(1, 1)) / 2 + std::sqrt(half * half + c(0, 1) * c(0, 1))));
+}
+
+/// Standard deviation [m] of the radius, `along` [m] up from `point`.
+inline double radius_uncertainty(const cylinder_covariance_matrix& c, double along = 0) {
+  return std::sqrt(std::max(0.0, c(4, 4) - 2 * along * c(4, 5) + along * along * c(5, 5)));
 }
 
 /// The cylinder that most of the points lie on, by RANSAC and then least squares. `normals` are unit, of any

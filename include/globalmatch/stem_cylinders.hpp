@@ -61,7 +61,7 @@ struct stem_cylinder {
   std::vector<point_index> support;  ///< positions in the understory points that lie on it, increasing
   double filled_height = 0;          ///< [m] height that the support fills, in steps of 0.1 m
   double rms = 0;                    ///< [m] of the support about the surface
-  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();  ///< of the axis, see `axis_covariance`
+  cylinder_covariance_matrix covariance = cylinder_covariance_matrix::Zero();
 };
 
 struct stem_cylinders {
@@ -241,7 +241,7 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
     support.push_back(position_of(points, found.support[k]));
   found.rms = std::sqrt(squares / double(found.support.size()));
   found.covariance =
-      axis_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder.usual_taper);
+      cylinder_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder.usual_taper);
   if (axis_uncertainty(found.covariance) > options.largest_sigma) return std::nullopt;
   return found;
 }

@@ -22,6 +22,7 @@
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_cylinders.hpp"
 #include "globalmatch/stem_positions.hpp"
+#include "globalmatch/stem_taper.hpp"
 #include "globalmatch/understory.hpp"
 #include "globalmatch/verticality.hpp"
 #include "globalmatch/voxel_grid.hpp"
@@ -264,7 +265,9 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   map.funnel.cylinders = found.stems.size();
 
   // Stem positions: where the axes meet the terrain
-  const auto stems = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
+  auto stems = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
+  refit_with_common_taper(stems, understory, map.terrain, found.distance_tolerance, options.stems.cylinder,
+                          how);
   map.stems = locate_stems(stems, understory, map.terrain, how);
   map.funnel.stems = map.stems.size();
   collect_samples(stems, understory, map, how);

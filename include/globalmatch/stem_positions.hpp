@@ -17,6 +17,7 @@
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/stem_taper.hpp"
 #include "globalmatch/terrain.hpp"
 
 namespace globalmatch {
@@ -28,6 +29,7 @@ struct stem {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] where the axis meets the terrain
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit, pointing up
   double radius = 0;                                   ///< [m] at breast height, 1.3 m above the ground
+  double radius_sigma = 0;                             ///< [m] uncertainty of the radius
   double taper = 0;                                    ///< [m/m] by which it grows thinner upwards
   double position_sigma = 0;                           ///< [m] uncertainty in plan of the axis
   double height_sigma = 0;                             ///< [m] uncertainty of the ground's height
@@ -41,22 +43,6 @@ struct point_traits<stem> {
   static double radius(const stem& s) { return s.radius; }
   static double position_sigma(const stem& s) { return s.position_sigma; }
 };
-
-/// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
-inline std::optional<Eigen::Vector3d> meet_terrain(const cylinder& c, const terrain& ground) {
-  constexpr int rounds = 20;
-  constexpr double close_enough = 1e-9;  // [m]
-  Eigen::Vector3d p = c.point;
-  for (int round = 0; round < rounds; ++round) {
-    if (!ground.covers(p.x(), p.y())) return std::nullopt;
-    const double z = ground.interpolated_height(p.x(), p.y());
-    const double step = std::abs(z - p.z());
-    p = c.at_height(z);
-    if (step < close_enough) break;
-  }
-  if (!ground.covers(p.x(), p.y())) return std::nullopt;
-  return p;
-}
 
 /// Height of the ground at a stem, and how sure it is.
 struct ground_height {
@@ -174,10 +160,11 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   }
   s.position = ground.frame.to_scan(*position);
   s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
+  const double foot = found.cylinder.axis.dot(*position - found.cylinder.point);
+  s.position_sigma = axis_uncertainty(found.covariance, foot);
   s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
+  s.radius_sigma = radius_uncertainty(found.covariance, foot + breast_height / found.cylinder.axis.z());
   s.taper = found.cylinder.taper;
-  s.position_sigma =
-      axis_uncertainty(found.covariance, found.cylinder.axis.dot(*position - found.cylinder.point));
   s.ground_seen = ground.knows(position->x(), position->y());
   for (const point_index i : found.support) s.support.push_back(points.index[i]);
   std::sort(s.support.begin(), s.support.end());

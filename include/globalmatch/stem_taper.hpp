@@ -1,0 +1,101 @@
+// The taper of stems, from the scan itself: cylinders fitted anew above the root flare, and with the taper
+// that the best seen stems of the scan show. In: stems with their support. Out: the same stems, better
+// placed. [GM] fits cylinders proper to all points. Parallel over stems.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "globalmatch/cylinder.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/local_points.hpp"
+#include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/terrain.hpp"
+
+namespace globalmatch {
+
+/// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
+inline std::optional<Eigen::Vector3d> meet_terrain(const cylinder& c, const terrain& ground) {
+  constexpr int rounds = 20;
+  constexpr double close_enough = 1e-9;  // [m]
+  Eigen::Vector3d p = c.point;
+  for (int round = 0; round < rounds; ++round) {
+    if (!ground.covers(p.x(), p.y())) return std::nullopt;
+    const double z = ground.interpolated_height(p.x(), p.y());
+    const double step = std::abs(z - p.z());
+    p = c.at_height(z);
+    if (step < close_enough) break;
+  }
+  if (!ground.covers(p.x(), p.y())) return std::nullopt;
+  return p;
+}
+
+/// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
+/// support. Nothing when that quarter is too small to tell.
+inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stems) {
+  constexpr std::size_t least_stems = 10;
+  const std::size_t best = stems.size() / 4;
+  if (best < least_stems) return std::nullopt;
+  std::vector<const stem_cylinder*> by_support;
+  for (const stem_cylinder& s : stems) by_support.push_back(&s);
+  std::stable_sort(by_support.begin(), by_support.end(),
+                   [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
+  std::vector<double> tapers;
+  for (std::size_t k = 0; k < best; ++k)
+    tapers.push_back(by_support[k]->cylinder.taper / by_support[k]->cylinder.radius);
+  const auto middle = tapers.begin() + std::ptrdiff_t(best / 2);
+  std::nth_element(tapers.begin(), middle, tapers.end());
+  return *middle;
+}
+
+/// Fits a stem anew to its support above the root flare, on which a taper that is no stem's would bend the
+/// axis; it stays as it is where too little of it is seen there. Its uncertainty is told anew.
+inline void refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
+                                   double tolerance, const cylinder_options& options) {
+  constexpr double root_flare = 0.4;        // [m] above the ground
+  constexpr std::size_t most_points = 800;  // that are fitted
+  const auto foot = meet_terrain(stem.cylinder, ground);
+  if (!foot) return;
+  std::vector<Eigen::Vector3d> above;
+  const std::size_t step = (stem.support.size() + most_points - 1) / most_points;
+  for (std::size_t k = 0; k < stem.support.size(); k += step)
+    if (const auto p = points[stem.support[k]]; p.z() > foot->z() + root_flare)
+      above.push_back(p.cast<double>());
+  const auto refined = refine_cylinder(stem.cylinder, above, tolerance, options);
+  if (!refined) return;
+  stem.cylinder = *refined;
+  stem.covariance =
+      cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options.usual_taper);
+}
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// Fits all stems anew above the root flare, twice where the scan's best seen stems tell a taper: then with
+/// that in place of `options.usual_taper`. One side of a stem tells its lean and its taper apart poorly, and
+/// a taper that is too small leans the axis, so that it meets the ground too near to the scanner. Without
+/// `options.usual_taper` the stems are cylinders proper and stay as they are.
+inline void refit_with_common_taper(std::vector<stem_cylinder>& stems, const local_points& points,
+                                    const terrain& ground, double tolerance, const cylinder_options& options,
+                                    const execution& how = {}) {
+  if (!options.usual_taper) return;
+  const auto refit_all = [&](const std::optional<double>& relative_taper) {
+    parallel_for(
+        how, "stem positions", stems.size(),
+        [&](std::size_t i) {
+          cylinder_options own = options;
+          if (relative_taper) own.usual_taper = *relative_taper * stems[i].cylinder.radius;
+          refit_above_root_flare(stems[i], points, ground, tolerance, own);
+        },
+        4);
+  };
+  refit_all(std::nullopt);
+  if (const auto relative_taper = common_taper(stems)) refit_all(relative_taper);
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace globalmatch
