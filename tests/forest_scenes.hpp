@@ -14,6 +14,7 @@
 #include "globalmatch/cylinder.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/random.hpp"
+#include "globalmatch/terrain.hpp"
 
 namespace globalmatch::scenes {
 
@@ -40,6 +41,18 @@ struct slope {
     return std::tan(degrees * std::numbers::pi / 180) * (std::cos(angle) * x + std::sin(angle) * y);
   }
 };
+
+/// A plane over 20 m x 20 m.
+inline terrain sloped_terrain(const scenes::slope& plane) {
+  terrain ground;
+  ground.resolution = 0.5;
+  ground.columns = ground.rows = 40;
+  for (int r = 0; r < 40; ++r)
+    for (int c = 0; c < 40; ++c)
+      ground.heights.push_back(static_cast<float>(plane((c + 0.5) * 0.5, (r + 0.5) * 0.5)));
+  ground.has_data.assign(ground.heights.size(), 1);
+  return ground;
+}
 
 /// Ground points over [0, size] x [0, size], `spacing` apart, each a little off its place.
 template <class Height>

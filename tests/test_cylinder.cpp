@@ -221,23 +221,23 @@ TEST_CASE("the uncertainty of an axis grows as less of the round is seen, and wi
   const cylinder truth = upright(0, 0, 0, 0.15);
   double last = 0;
   for (const double arc : {2 * half_round, half_round, half_round / 2, half_round / 6}) {
-    const double sigma =
-        axis_uncertainty(axis_covariance(truth, on_surface(random, truth, 300, {.arc = arc}).points, 0.003));
+    const double sigma = axis_uncertainty(
+        cylinder_covariance(truth, on_surface(random, truth, 300, {.arc = arc}).points, 0.003));
     CHECK(sigma > last);
     last = sigma;
   }
   const std::vector<Vector3d> points = on_surface(random, truth, 300, {.arc = half_round}).points;
-  CHECK(axis_uncertainty(axis_covariance(truth, points, 0.006)) ==
-        Approx(2 * axis_uncertainty(axis_covariance(truth, points, 0.003))));
+  CHECK(axis_uncertainty(cylinder_covariance(truth, points, 0.006)) ==
+        Approx(2 * axis_uncertainty(cylinder_covariance(truth, points, 0.003))));
 }
 
-TEST_CASE("the uncertainty of an axis is the scatter of its fits") {
+TEST_CASE("the uncertainties of an axis and a radius are the scatter of their fits") {
   constexpr double noise = 0.003;
   constexpr int repetitions = 200;
   const cylinder truth = upright(0, 0, 1.5, 0.15);
   const seen_surface seen{.from = -1.5, .to = 1.5, .arc = half_round, .noise = noise};
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  double predicted = 0;
+  double predicted = 0, squares = 0, radius_predicted = 0;
   for (int i = 0; i < repetitions; ++i) {
     random_source random(9, std::uint64_t(i));
     const std::vector<Vector3d> points = on_surface(random, truth, 200, seen).points;
@@ -246,10 +246,24 @@ TEST_CASE("the uncertainty of an axis is the scatter of its fits") {
     const Eigen::Vector2d error =
         (found->at_height(found->point.z()) - truth.at_height(found->point.z())).head<2>();
     covariance += error * error.transpose() / repetitions;
-    predicted += axis_uncertainty(axis_covariance(*found, points, noise)) / repetitions;
+    const cylinder_covariance_matrix told = cylinder_covariance(*found, points, noise);
+    predicted += axis_uncertainty(told) / repetitions;
+    squares += std::pow(found->radius - truth.radius, 2) / repetitions;
+    radius_predicted += radius_uncertainty(told) / repetitions;
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(covariance);
   CHECK(std::sqrt(solver.eigenvalues().maxCoeff()) == Approx(predicted).epsilon(0.25));
+  CHECK(std::sqrt(squares) == Approx(radius_predicted).epsilon(0.25));
+}
+
+TEST_CASE("a radius is less sure beyond the points it was seen by, where taper is not known") {
+  random_source random(10);
+  const cylinder truth = upright(0, 0, 1.5, 0.15);
+  const auto seen = on_surface(random, truth, 300, {.from = -1, .to = 1, .noise = 0.003});
+  const auto covariance = cylinder_covariance(truth, seen.points, 0.003, 0.005);
+  CHECK(radius_uncertainty(covariance, 3) > 2 * radius_uncertainty(covariance, 0));
+  CHECK(radius_uncertainty(cylinder_covariance(truth, seen.points, 0.003), 3) ==
+        Approx(radius_uncertainty(cylinder_covariance(truth, seen.points, 0.003), 0)).epsilon(0.01));
 }
 
 TEST_CASE("degenerate points make no cylinder") {

@@ -78,7 +78,8 @@ void check_finds(const stem_map& map, const plot& truth,
 
 bool same_bits(const stem& a, const stem& b) {
   return a.position == b.position && a.axis == b.axis && a.radius == b.radius &&
-         a.position_sigma == b.position_sigma && a.ground_seen == b.ground_seen && a.support == b.support;
+         a.position_sigma == b.position_sigma && a.radius_sigma == b.radius_sigma &&
+         a.ground_seen == b.ground_seen && a.support == b.support;
 }
 
 bool same_bits(const stem_map& a, const stem_map& b) {
@@ -196,6 +197,8 @@ TEST_CASE("stems are ordered by position, and their supports are points of the s
     CHECK(std::is_sorted(s.support.begin(), s.support.end()));
     CHECK(s.position_sigma > 0);
     CHECK(s.position_sigma < 0.01);
+    CHECK(s.radius_sigma > 0);
+    CHECK(s.radius_sigma < 0.01);
     const cylinder c{s.position + s.axis * breast_height / s.axis.z(), s.axis, s.radius, s.taper};
     double furthest = 0;
     for (const point_index p : s.support) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +16,7 @@
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_cylinders.hpp"
-#include "globalmatch/stem_taper.hpp"
+#include "globalmatch/stem_foot.hpp"
 #include "globalmatch/terrain.hpp"
 
 namespace globalmatch {
@@ -43,66 +42,6 @@ struct point_traits<stem> {
   static double radius(const stem& s) { return s.radius; }
   static double position_sigma(const stem& s) { return s.position_sigma; }
 };
-
-/// Height of the ground at a stem, and how sure it is.
-struct ground_height {
-  double height = 0;  ///< [m] local frame
-  double sigma = 0;   ///< [m]
-};
-
-/// The ground at (x, y) where a stem of `radius` [m] stands: a plane through the ground points around it,
-/// nearer ones count more, without those that the foot of the stem lifts, and without what stands out
-/// upwards. Where too few are seen near by they are sought further away; nothing when there are none within
-/// `furthest` metres.
-inline std::optional<ground_height> ground_at(const terrain& ground, double x, double y, double radius) {
-  constexpr double nearest = 1, furthest = 8;  // [m]
-  constexpr double root_flare = 0.1;           // [m] around the stem
-  constexpr double kernel = 0.4;               // [m] points count half at this distance
-  constexpr double roughness = 0.02;           // [m] of a forest floor, from one step to the next
-  constexpr double ridge = 3e-3;               // [m^2] holds the slope down where points do not spread
-  constexpr int rounds = 4;
-  constexpr std::size_t least_points = 8;
-  std::vector<Eigen::Vector3d> around;  // from the foot
-  for (double reach = nearest; reach <= furthest && around.size() < least_points; reach *= 2) {
-    around.clear();
-    ground.for_each_ground_near(x, y, reach, [&](const Eigen::Vector3f& p) {
-      const Eigen::Vector3d d(p.x() - x, p.y() - y, p.z());
-      const double distance = d.head<2>().norm();
-      if (distance > radius + root_flare && distance < reach) around.push_back(d);
-    });
-  }
-  if (around.size() < 3) return std::nullopt;
-  std::optional<ground_height> found;
-  for (int round = 0; round < rounds && around.size() >= 3; ++round) {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    double weights = 0;
-    const double reference = around.front().z();
-    const auto weight = [&](const Eigen::Vector3d& d) {
-      return 1 / (1 + d.head<2>().squaredNorm() / (kernel * kernel));
-    };
-    for (const Eigen::Vector3d& d : around) {
-      const Eigen::Vector3d row(1, d.x(), d.y());
-      normal += weight(d) * row * row.transpose();
-      right += weight(d) * row * (d.z() - reference);
-      weights += weight(d);
-    }
-    normal(1, 1) += ridge * weights;
-    normal(2, 2) += ridge * weights;
-    const Eigen::Matrix3d inverse = normal.inverse();
-    const Eigen::Vector3d plane = inverse * right;
-    const auto residual = [&](const Eigen::Vector3d& d) {
-      return d.z() - reference - plane.dot(Eigen::Vector3d(1, d.x(), d.y()));
-    };
-    double squares = 0;
-    for (const Eigen::Vector3d& d : around) squares += weight(d) * residual(d) * residual(d);
-    const double scatter = std::sqrt(squares / weights);
-    found = {reference + plane.x(), std::max(scatter, roughness) * std::sqrt(std::max(inverse(0, 0), 0.0))};
-    const double limit = std::max(1.5 * roughness, 1.5 * scatter);
-    if (std::erase_if(around, [&](const Eigen::Vector3d& d) { return residual(d) > limit; }) == 0) break;
-  }
-  return found;
-}
 
 /// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork): those whose
 /// axes come within the larger radius of each other on the ground or at a height where one of them was seen.
@@ -151,6 +90,10 @@ inline std::vector<stem_cylinder> merge_fragments(const stem_cylinders& found, c
 /// beyond the raster. `points` are those that the support counts in.
 inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_points& points,
                                        const terrain& ground) {
+  // Points that bark, sweep and bow shift err alike: stems are off by so many times what their points, had
+  // they erred alone, would make them (ours, from the tuning seeds of simulated scans; see
+  // docs/deviations.md).
+  constexpr double alike = 2.3;
   auto position = meet_terrain(found.cylinder, ground);
   if (!position) return std::nullopt;
   stem s;
@@ -161,9 +104,12 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   s.position = ground.frame.to_scan(*position);
   s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
   const double foot = found.cylinder.axis.dot(*position - found.cylinder.point);
-  s.position_sigma = axis_uncertainty(found.covariance, foot);
+  const double lean = found.cylinder.axis.head<2>().norm() / found.cylinder.axis.z();
+  s.position_sigma = std::hypot(alike * axis_uncertainty(found.covariance, foot), lean * s.height_sigma);
   s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
-  s.radius_sigma = radius_uncertainty(found.covariance, foot + breast_height / found.cylinder.axis.z());
+  s.radius_sigma =
+      std::hypot(alike * radius_uncertainty(found.covariance, foot + breast_height / found.cylinder.axis.z()),
+                 found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
   s.ground_seen = ground.knows(position->x(), position->y());
   for (const point_index i : found.support) s.support.push_back(points.index[i]);

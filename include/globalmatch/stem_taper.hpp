@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -15,25 +14,10 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/stem_foot.hpp"
 #include "globalmatch/terrain.hpp"
 
 namespace globalmatch {
-
-/// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
-inline std::optional<Eigen::Vector3d> meet_terrain(const cylinder& c, const terrain& ground) {
-  constexpr int rounds = 20;
-  constexpr double close_enough = 1e-9;  // [m]
-  Eigen::Vector3d p = c.point;
-  for (int round = 0; round < rounds; ++round) {
-    if (!ground.covers(p.x(), p.y())) return std::nullopt;
-    const double z = ground.interpolated_height(p.x(), p.y());
-    const double step = std::abs(z - p.z());
-    p = c.at_height(z);
-    if (step < close_enough) break;
-  }
-  if (!ground.covers(p.x(), p.y())) return std::nullopt;
-  return p;
-}
 
 /// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
 /// support. Nothing when that quarter is too small to tell.

@@ -1,0 +1,120 @@
+#include "globalmatch/stem_taper.hpp"
+
+#include "catch.hpp"
+#include "forest_scenes.hpp"
+#include "globalmatch/statistics.hpp"
+
+namespace globalmatch {
+
+using Eigen::Vector3d;
+using scenes::sloped_terrain;
+using scenes::upright;
+
+namespace {
+
+constexpr double relative_taper = 0.06;  // [1/m]
+
+/// Stems with a taper of their own kind, and what was found of them without it: a few are seen all around and
+/// well, others from one side and by few points. Below 0.4 m `flare` [m] is added towards x.
+struct tapered_stand {
+  local_points points;
+  std::vector<stem_cylinder> found;
+  std::vector<cylinder> truth;
+
+  tapered_stand(int well_seen, int faint, double flare) {
+    random_source random(1);
+    for (int i = 0; i < well_seen + faint; ++i) {
+      const bool well = i < well_seen;
+      cylinder stem = upright(2 + 2.0 * (i % 8), 2 + 2.0 * (i / 8), 0, 0.1 + 0.02 * (i % 5));
+      stem.taper = relative_taper * stem.radius;
+      truth.push_back(stem);
+      stem_cylinder fit;
+      fit.rms = 0.003;
+      for (int k = 0; k < (well ? 2000 : 300); ++k) {
+        const auto [outwards, p] = scenes::random_surface_point(
+            random, stem, {.from = 0.2, .to = 3, .arc = (well ? 2 : 0.8) * std::numbers::pi, .noise = 0.003});
+        const double lifted = p.z() < 0.4 ? flare * std::max(outwards.x(), 0.0) : 0;
+        fit.support.push_back(static_cast<point_index>(points.size()));
+        points.push_back((p + outwards * (lifted - stem.taper * p.z())).cast<float>(),
+                         static_cast<point_index>(points.size()));
+      }
+      std::vector<Vector3d> all;
+      for (const point_index k : fit.support) all.push_back(points[k].cast<double>());
+      fit.cylinder = refine_cylinder(stem, all, tolerance, options).value();
+      found.push_back(fit);
+    }
+  }
+
+  /// [m] median distance in plan of the feet of the stems of the second kind from the true ones.
+  double error_of(const std::vector<stem_cylinder>& stems, int from) const {
+    std::vector<double> errors;
+    for (std::size_t i = std::size_t(from); i < stems.size(); ++i)
+      errors.push_back((stems[i].cylinder.at_height(0) - truth[i].point).norm());
+    return median(errors);
+  }
+
+  static constexpr double tolerance = 0.02;
+  cylinder_options options = {.usual_taper = 0};
+};
+
+}  // namespace
+
+TEST_CASE("the common taper is that of the stems with most support, and is told by ten of them only") {
+  const tapered_stand stand(15, 25, 0);
+  auto refitted = stand.found;
+  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
+  REQUIRE(common_taper(refitted));
+  CHECK(*common_taper(refitted) == Approx(relative_taper).epsilon(0.15));
+  refitted.resize(39);
+  CHECK_FALSE(common_taper(refitted));
+  CHECK_FALSE(common_taper({}));
+}
+
+TEST_CASE("stems seen from one side stand where they do once the taper of the others is known") {
+  const tapered_stand stand(15, 25, 0);
+  auto refitted = stand.found;
+  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
+  CHECK(stand.error_of(refitted, 15) < 0.7 * stand.error_of(stand.found, 15));
+  for (const stem_cylinder& s : refitted) CHECK(axis_uncertainty(s.covariance) > 0);
+}
+
+TEST_CASE("the root flare does not move a stem") {
+  const tapered_stand stand(8, 0, 0.015);
+  auto refitted = stand.found;
+  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
+  CHECK(stand.error_of(stand.found, 0) > 0.001);
+  CHECK(stand.error_of(refitted, 0) < 0.001);
+}
+
+TEST_CASE("cylinders proper, stems off the terrain and stems seen at their foot only stay as they are") {
+  const tapered_stand stand(1, 1, 0);
+  const auto is_same = [&](const std::vector<stem_cylinder>& stems) {
+    for (std::size_t i = 0; i < stems.size(); ++i)
+      if (stems[i].cylinder.point != stand.found[i].cylinder.point) return false;
+    return true;
+  };
+  auto proper = stand.found, off = stand.found, foot = stand.found;
+  refit_with_common_taper(proper, stand.points, sloped_terrain({}), stand.tolerance, {});
+  CHECK(is_same(proper));
+  refit_with_common_taper(off, stand.points, terrain{}, stand.tolerance, stand.options);
+  CHECK(is_same(off));
+  for (stem_cylinder& s : foot)
+    std::erase_if(s.support, [&](point_index i) { return stand.points.z[i] > 0.4; });
+  refit_with_common_taper(foot, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
+  CHECK(is_same(foot));
+}
+
+TEST_CASE("stems are refitted to the same bits by any number of threads") {
+  const tapered_stand stand(15, 25, 0);
+  auto one = stand.found, four = stand.found;
+  refit_with_common_taper(one, stand.points, sloped_terrain({}), stand.tolerance, stand.options,
+                          {.threads = 1});
+  refit_with_common_taper(four, stand.points, sloped_terrain({}), stand.tolerance, stand.options,
+                          {.threads = 4});
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    CHECK(one[i].cylinder.point == four[i].cylinder.point);
+    CHECK(one[i].covariance == four[i].covariance);
+  }
+}
+
+}  // namespace globalmatch
