@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <numbers>
 #include <utility>
 #include <vector>
@@ -19,6 +20,9 @@
 namespace globalmatch::scenes {
 
 using cloud = std::vector<Eigen::Vector3f>;
+
+constexpr float nan = std::numeric_limits<float>::quiet_NaN(),
+                infinity = std::numeric_limits<float>::infinity();
 
 /// Coordinates in whole 1/1024 m.
 inline Eigen::Vector3f exact(const Eigen::Vector3d& p) {

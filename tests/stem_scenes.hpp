@@ -14,10 +14,13 @@
 
 #include "globalmatch/position_set.hpp"
 #include "globalmatch/random.hpp"
+#include "globalmatch/transform.hpp"
 
 namespace globalmatch::scenes {
 
 using positions = std::vector<Eigen::Vector3d>;
+
+constexpr auto four = degrees_of_freedom::four, six = degrees_of_freedom::six;
 
 inline double uniform(random_source& random, double from, double to) {
   return from + (to - from) * random.uniform();

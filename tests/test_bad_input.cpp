@@ -3,7 +3,6 @@
 #include "globalmatch/registration.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
@@ -13,10 +12,9 @@ namespace globalmatch {
 namespace {
 
 using scenes::cloud;
-using plot = scenes::small_plot;
-
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-constexpr float infinity = std::numeric_limits<float>::infinity();
+using scenes::infinity;
+using scenes::nan;
+using scenes::small_plot;
 
 /// Each point as `change` makes it.
 template <class Change>
@@ -27,7 +25,7 @@ cloud changed(cloud points, const Change& change) {
 
 /// Refused with a reason that holds `words`, whether the bad scan is source or target.
 void check_refused(const cloud& bad, const char* words) {
-  static const stem_map good = map_stems(plot().scan());
+  static const stem_map good = map_stems(small_plot().scan());
   const stem_map map = map_stems(bad);
   for (const registration& r : {register_maps(map, good), register_maps(good, map)}) {
     CHECK(r.outcome == outcome::not_registered);
@@ -39,7 +37,7 @@ void check_refused(const cloud& bad, const char* words) {
 }  // namespace
 
 TEST_CASE("the plot of these tests is registered when nothing is wrong with it") {
-  const cloud scan = plot().scan();
+  const cloud scan = small_plot().scan();
   const auto result = register_scans(scan, scan);
   CHECK(result.registration.outcome == outcome::registered);
   CHECK(result.source.stems.size() >= 14);
@@ -59,9 +57,9 @@ TEST_CASE("one point, equal points and points on a line are refused and say wher
 }
 
 TEST_CASE("a scan without stems is refused, as is one without ground") {
-  check_refused(plot().ground, "understory: 0 understory points");
-  const stem_map no_ground = map_stems(plot().stems);
-  const registration r = register_maps(no_ground, map_stems(plot().scan()));
+  check_refused(small_plot().ground, "understory: 0 understory points");
+  const stem_map no_ground = map_stems(small_plot().stems);
+  const registration r = register_maps(no_ground, map_stems(small_plot().scan()));
   // Stems stand on what was taken for ground beneath them: registered rightly, or not at all.
   if (r.target_from_source)
     CHECK((r.target_from_source->translation() - Eigen::Vector3d::Zero()).norm() < 0.1);
@@ -71,15 +69,15 @@ TEST_CASE("a scan without stems is refused, as is one without ground") {
 
 TEST_CASE("a scan upside down is refused") {
   const auto upside_down = [](const auto& p) { return Eigen::Vector3f(p.x(), -p.y(), -p.z()); };
-  check_refused(changed(plot().scan(), upside_down), "stems");
+  check_refused(changed(small_plot().scan(), upside_down), "stems");
 }
 
 TEST_CASE("a scan in millimetres is refused, and the reason asks for metres") {
-  check_refused(changed(plot().scan(), [](const auto& p) { return Eigen::Vector3f(1000 * p); }), "metres");
+  check_refused(changed(small_plot().scan(), [](const auto& p) { return Eigen::Vector3f(1000 * p); }), "metres");
 }
 
 TEST_CASE("points that are not finite, doubled or a million kilometres away change nothing") {
-  const plot p;
+  const small_plot p;
   cloud worse = p.scan();
   const stem_map right = map_stems(worse);
   worse.insert(worse.end(), worse.begin(), worse.begin() + 5000);
@@ -92,7 +90,7 @@ TEST_CASE("points that are not finite, doubled or a million kilometres away chan
 }
 
 TEST_CASE("a scan in map coordinates is registered with one in its own") {
-  const plot p;
+  const small_plot p;
   const Eigen::Vector3d far_away(500000, 5300000, 1000);
   std::vector<Eigen::Vector3d> moved;
   for (const Eigen::Vector3f& q : p.scan()) moved.push_back(q.cast<double>() + far_away);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int columns = 40, rows = 30;
 constexpr double step = 0.5;  // [m] distance of cells
-constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float no_height = std::numeric_limits<float>::quiet_NaN();
 
 std::size_t cell(int c, int r) {
   return std::size_t(r * columns + c);
@@ -34,7 +34,7 @@ float largest_gap(const cloth& surface, const std::vector<float>& ground) {
   return largest;
 }
 
-double rolling(double x, double y) {
+double steep_hills(double x, double y) {
   return 100 + std::sin(x / 3) + 0.5 * std::cos(y / 2);
 }
 
@@ -56,13 +56,13 @@ TEST_CASE("the cloth lies within the ground band of slopes up to 30 degrees and 
     const auto diagonal = raster_of([&](double x, double y) { return gradient * (x + y) * std::sqrt(0.5); });
     CHECK(largest_gap(simulate_cloth(diagonal, columns, rows), diagonal) < 0.5f);
   }
-  const auto hills = raster_of(rolling);
+  const auto hills = raster_of(steep_hills);
   CHECK(largest_gap(simulate_cloth(hills, columns, rows), hills) < 0.5f);
 }
 
 TEST_CASE("the cloth does not climb trees that stand on the ground") {
   random_source random(1);
-  const auto ground = raster_of(rolling);
+  const auto ground = raster_of(steep_hills);
   auto lowest = ground;
   for (int tree = 0; tree < 40; ++tree)  // crowns whose lowest branches hide the ground of 2 x 2 cells
     for (const auto& [c, r] : {std::pair(0, 0), {0, 1}, {1, 0}, {1, 1}}) {
@@ -74,24 +74,24 @@ TEST_CASE("the cloth does not climb trees that stand on the ground") {
 }
 
 TEST_CASE("the cloth spans cells without points") {
-  const auto ground = raster_of(rolling);
+  const auto ground = raster_of(steep_hills);
   auto lowest = ground;
   for (int r = 10; r < 16; ++r)
-    for (int c = 10; c < 16; ++c) lowest[cell(c, r)] = nan;
-  for (int r = 0; r < rows; ++r) lowest[cell(0, r)] = lowest[cell(columns - 1, r)] = nan;
+    for (int c = 10; c < 16; ++c) lowest[cell(c, r)] = no_height;
+  for (int r = 0; r < rows; ++r) lowest[cell(0, r)] = lowest[cell(columns - 1, r)] = no_height;
   const cloth surface = simulate_cloth(lowest, columns, rows);
   CHECK(largest_gap(surface, ground) < 0.8f);
 }
 
 TEST_CASE("a raster with a single height makes a level cloth, whatever its size") {
   CHECK(simulate_cloth({5}, 1, 1).heights == std::vector<float>{5});
-  std::vector<float> lowest(std::size_t(columns * rows), nan);
+  std::vector<float> lowest(std::size_t(columns * rows), no_height);
   lowest[cell(17, 3)] = 5;
   CHECK(simulate_cloth(lowest, columns, rows).heights == std::vector<float>(lowest.size(), 5));
 }
 
 TEST_CASE("a raster of one row or one column makes a cloth") {
-  const std::vector<float> heights = {1, 1.1f, nan, 1.3f, 1.4f};
+  const std::vector<float> heights = {1, 1.1f, no_height, 1.3f, 1.4f};
   CHECK(simulate_cloth(heights, 5, 1).heights == simulate_cloth(heights, 1, 5).heights);
 }
 
@@ -108,15 +108,15 @@ TEST_CASE("a cloth over shifted ground is the same, shifted") {
 }
 
 TEST_CASE("a cell takes the height of the nearest cell with one, along rows and columns") {
-  std::vector<float> heights = {nan, nan, 3,   nan, nan, nan, nan,  //
-                                nan, nan, nan, nan, nan, nan, 7};
+  std::vector<float> heights = {no_height, no_height, 3,   no_height, no_height, no_height, no_height,  //
+                                no_height, no_height, no_height, no_height, no_height, no_height, 7};
   detail::fill_from_nearest(heights, 7, 2);
   CHECK(heights == std::vector<float>{3, 3, 3, 3, 3, 7, 7, 3, 3, 3, 3, 7, 7, 7});
 }
 
 TEST_CASE("the fall of the cloth can be watched and cancelled") {
   int reports = 0;
-  const auto ground = raster_of(rolling);
+  const auto ground = raster_of(steep_hills);
   const execution watch{.on_progress = [&](const progress& p) {
     ++reports;
     return p.stage == "ground";

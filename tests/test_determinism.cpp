@@ -75,10 +75,10 @@ std::uint64_t hash_of(const registration& r, const std::vector<stem_index>& orde
 }
 
 /// Two scans of one plot: the second misses some of the first one's ground.
-struct two_scans {
+struct scan_and_most_of_it {
   scenes::cloud source, target;
 
-  two_scans() {
+  scan_and_most_of_it() {
     const scenes::small_plot plot;
     source = plot.scan();
     for (std::size_t i = 0; i < source.size(); ++i)
@@ -105,7 +105,7 @@ stem_map reordered(stem_map map, const std::vector<stem_index>& order) {
 }  // namespace
 
 TEST_CASE("the pipeline gives the same bits for 1, 2 and 8 threads, and for each again") {
-  const two_scans scans;
+  const scan_and_most_of_it scans;
   const auto run = [&](int threads) {
     const auto result =
         register_scans(scans.source, scans.target, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
@@ -118,7 +118,7 @@ TEST_CASE("the pipeline gives the same bits for 1, 2 and 8 threads, and for each
 }
 
 TEST_CASE("registering gives the same bits for stems in any order") {
-  const two_scans scans;
+  const scan_and_most_of_it scans;
   const stem_map source = map_stems(scans.source), target = map_stems(scans.target);
   const std::uint64_t as_mapped = hash_of(register_maps(source, target));
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
@@ -129,7 +129,7 @@ TEST_CASE("registering gives the same bits for stems in any order") {
 }
 
 TEST_CASE("one scan in any container is registered with the same bits") {
-  const two_scans scans;
+  const scan_and_most_of_it scans;
   const stem_map target = map_stems(scans.target);
   const std::uint64_t expected = hash_of(register_maps(map_stems(scans.source), target));
   containers::for_each_container(scans.source, [&](const std::string& kind, const auto& range) {
@@ -139,7 +139,7 @@ TEST_CASE("one scan in any container is registered with the same bits") {
 }
 
 TEST_CASE("a scan moved by (500000, 5300000, 1000) has its stems and motion moved by that to a micrometre") {
-  const two_scans scans;
+  const scan_and_most_of_it scans;
   const Eigen::Vector3d shift(500000, 5300000, 1000);
   std::vector<Eigen::Vector3d> moved;
   for (const Eigen::Vector3f& p : scans.source) moved.push_back(p.cast<double>() + shift);

@@ -15,7 +15,7 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 
 std::vector<triangle_pair> local_pairs(const position_set& source, const position_set& target,
                                        bool horizontal, double tolerance, int neighbors = 6) {

@@ -11,7 +11,7 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 
 /// Correspondences of equal indices.
 std::vector<correspondence> same_indices(std::size_t count) {

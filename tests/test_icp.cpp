@@ -13,8 +13,8 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
-constexpr auto six = degrees_of_freedom::six;
+using scenes::four;
+using scenes::six;
 
 /// Rolling ground and ten stems, sampled anew for each seed.
 positions surface(std::uint64_t seed) {

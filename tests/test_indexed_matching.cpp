@@ -9,7 +9,7 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 const std::vector<double> tolerances = {0.02, 0.04, 0.08, 0.16, 0.32};
 
 std::vector<hypothesis> propose(const position_set& source, const position_set& target,

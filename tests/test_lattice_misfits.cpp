@@ -13,20 +13,20 @@ using scenes::positions;
 
 namespace {
 
-const lattice rows_3m{{3, 0}, {0, 3}};
+const lattice jittered_rows{{3, 0}, {0, 3}};
 
 /// Two scans, with 5 cm of noise. Stems keep their order.
-struct two_scans {
+struct jittered_scans {
   position_set source, target;
   map_pair maps;
 
-  two_scans(const positions& first, const positions& second, random_source& random, bool horizontal = true)
+  jittered_scans(const positions& first, const positions& second, random_source& random, bool horizontal = true)
       : source(scenes::set_in_order(scenes::noisy(first, 0.05, random))),
         target(scenes::set_in_order(scenes::noisy(second, 0.05, random))),
         maps(source, target, horizontal, degrees_of_freedom::four) {}
 };
 
-Eigen::Isometry3d shifted(int columns, int rows) {
+Eigen::Isometry3d shift_of(int columns, int rows) {
   return scenes::yaw_and_shift(0, {3.0 * columns, 3.0 * rows, 0});
 }
 
@@ -64,11 +64,11 @@ TEST_CASE("misfits tell the true motion from all others of the lattice, wherever
     CAPTURE(seed);
     random_source random(seed);
     const positions stand = planted(14, 12, random);
-    const two_scans scans(stand, stand, random);
-    for (const Eigen::Isometry3d& start : {shifted(0, 0), shifted(3, -2), shifted(-8, 5)}) {
-      const lattice_misfits misfits(scans.maps, rows_3m, start);
-      CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms < -5);
-      CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
+    const jittered_scans scans(stand, stand, random);
+    for (const Eigen::Isometry3d& start : {shift_of(0, 0), shift_of(3, -2), shift_of(-8, 5)}) {
+      const lattice_misfits misfits(scans.maps, jittered_rows, start);
+      CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms < -5);
+      CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
       const auto proposed = misfits.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
@@ -81,18 +81,18 @@ TEST_CASE("misfits tell the true motion from all others of the lattice, wherever
 TEST_CASE("some stems of many are enough") {
   random_source random(1);
   const positions stand = planted(30, 30, random);
-  const two_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, rows_3m, shifted(4, 1));
-  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms < -20);
-  CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(4, 1));
+  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms < -20);
+  CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
 }
 
 TEST_CASE("misfits of different stands are no evidence") {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
-    const two_scans scans(planted(14, 12, random), planted(12, 14, random), random);
-    const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
+    const jittered_scans scans(planted(14, 12, random), planted(12, 14, random), random);
+    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
     const auto proposed = misfits.propose(8);
     REQUIRE(proposed.size() == 8);
     for (const hypothesis& h : proposed)
@@ -108,8 +108,8 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
-    const two_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
-    const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
+    const jittered_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
+    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
     for (const hypothesis& h : misfits.propose(8))
       CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
   }
@@ -120,18 +120,18 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
     CAPTURE(seed);
     random_source random(seed);
     const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
-    const two_scans scans(stand, stand, random, false);
-    const lattice_misfits misfits(scans.maps, rows_3m, shifted(3, -2));
-    const testimony told = misfits.testimony_of(shifted(0, 0));
+    const jittered_scans scans(stand, stand, random, false);
+    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(3, -2));
+    const testimony told = misfits.testimony_of(shift_of(0, 0));
     CHECK(told.log10_false_alarms < -3);
     CHECK(told.told_by == witness::heights);
-    CHECK(misfits.testimony_of(shifted(1, 0)).log10_false_alarms > -2);
+    CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
     const auto proposed = misfits.propose(1);
     REQUIRE(proposed.size() == 1);
-    CHECK(scenes::largest_error(proposed.front().target_from_source, shifted(0, 0), stand) < 0.1);
+    CHECK(scenes::largest_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
 
     const map_pair in_plan(scans.source, scans.target, true, degrees_of_freedom::four);
-    CHECK(lattice_misfits(in_plan, rows_3m, shifted(3, -2)).testimony_of(shifted(0, 0)).log10_false_alarms >
+    CHECK(lattice_misfits(in_plan, jittered_rows, shift_of(3, -2)).testimony_of(shift_of(0, 0)).log10_false_alarms >
           -2);
   }
 }
@@ -139,10 +139,10 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
 TEST_CASE("heights tell the same when one map lies higher by any amount") {
   random_source random(1);
   const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
-  const two_scans scans(stand, stand, random, false);
-  const lattice_misfits misfits(scans.maps, rows_3m, shifted(3, -2));
+  const jittered_scans scans(stand, stand, random, false);
+  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(3, -2));
   CHECK(misfits.testimony_of(scenes::yaw_and_shift(0, {0, 0, 80})).log10_false_alarms ==
-        Approx(misfits.testimony_of(shifted(0, 0)).log10_false_alarms));
+        Approx(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms));
 }
 
 TEST_CASE("in perfect rows on level ground the radii tell the true motion, where both maps have them") {
@@ -151,17 +151,17 @@ TEST_CASE("in perfect rows on level ground the radii tell the true motion, where
     random_source random(seed);
     const positions stand = scenes::lattice(14, 12, 3);
     const auto radii = any_radii(stand.size(), random);
-    two_scans scans(stand, stand, random);
+    jittered_scans scans(stand, stand, random);
     scans.source.radius = measured(radii, random);
     const auto told_of = [&](const Eigen::Isometry3d& motion) {
-      return lattice_misfits(scans.maps, rows_3m, shifted(3, -2)).testimony_of(motion);
+      return lattice_misfits(scans.maps, jittered_rows, shift_of(3, -2)).testimony_of(motion);
     };
-    CHECK(told_of(shifted(0, 0)).log10_false_alarms > -2);
+    CHECK(told_of(shift_of(0, 0)).log10_false_alarms > -2);
 
     scans.target.radius = measured(radii, random);
-    CHECK(told_of(shifted(0, 0)).log10_false_alarms < -20);
-    CHECK(told_of(shifted(0, 0)).told_by == witness::radii);
-    CHECK(told_of(shifted(1, 0)).log10_false_alarms > -2);
+    CHECK(told_of(shift_of(0, 0)).log10_false_alarms < -20);
+    CHECK(told_of(shift_of(0, 0)).told_by == witness::radii);
+    CHECK(told_of(shift_of(1, 0)).log10_false_alarms > -2);
   }
 }
 
@@ -169,12 +169,12 @@ TEST_CASE("radii that are larger by as much in one map tell the same, and unknow
   random_source random(1);
   const positions stand = scenes::lattice(14, 12, 3);
   const auto radii = any_radii(stand.size(), random);
-  two_scans scans(stand, stand, random);
+  jittered_scans scans(stand, stand, random);
   scans.source.radius = measured(radii, random);
   scans.target.radius = measured(radii, random);
   const auto alarms = [&] {
-    return lattice_misfits(scans.maps, rows_3m, shifted(3, -2))
-        .testimony_of(shifted(0, 0))
+    return lattice_misfits(scans.maps, jittered_rows, shift_of(3, -2))
+        .testimony_of(shift_of(0, 0))
         .log10_false_alarms;
   };
   const double before = alarms();
@@ -194,10 +194,10 @@ TEST_CASE("what the misfits and the radii tell a little each they tell together"
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     random_source random(seed);
     const positions perfect = scenes::lattice(10, 9, 3), stand = scenes::noisy(perfect, 0.07, random);
-    two_scans crooked(stand, stand, random), straight(perfect, perfect, random);
-    const auto alarms = [](const two_scans& scans) {
-      return lattice_misfits(scans.maps, rows_3m, shifted(0, 0))
-          .testimony_of(shifted(0, 0))
+    jittered_scans crooked(stand, stand, random), straight(perfect, perfect, random);
+    const auto alarms = [](const jittered_scans& scans) {
+      return lattice_misfits(scans.maps, jittered_rows, shift_of(0, 0))
+          .testimony_of(shift_of(0, 0))
           .log10_false_alarms;
     };
     by_misfits += alarms(crooked);
@@ -216,10 +216,10 @@ TEST_CASE("heights and radii of different stands are no evidence") {
   for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
-    two_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
+    jittered_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
                     random, false);
     for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
-    const lattice_misfits misfits(scans.maps, rows_3m, shifted(1, 1));
+    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
     for (const hypothesis& h : misfits.propose(8))
       CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
   }
@@ -228,18 +228,18 @@ TEST_CASE("heights and radii of different stands are no evidence") {
 TEST_CASE("a few stems are told apart by nothing") {
   random_source random(1);
   const positions stand = planted(4, 4, random);
-  const two_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, rows_3m, shifted(0, 0));
-  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms == 0);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms == 0);
   CHECK(misfits.propose(8).empty());
 }
 
 TEST_CASE("where motions are too many to be looked at nothing is told") {
   random_source random(1);
   const positions stand = planted(100, 100, random);
-  const two_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, rows_3m, shifted(0, 0));
-  CHECK(misfits.testimony_of(shifted(0, 0)).log10_false_alarms == 0);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms == 0);
   CHECK(misfits.propose(8).empty());
 }
 

@@ -9,7 +9,7 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 
 hypothesis in_place(const map_pair& maps, double tolerance) {
   hypothesis h;

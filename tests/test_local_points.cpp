@@ -19,8 +19,8 @@ using support::message_of;
 
 namespace {
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double infinity = std::numeric_limits<double>::infinity();
+using scenes::nan;
+using scenes::infinity;
 
 bool turns_upright(const Vector3d& up) {
   const Eigen::Matrix3d rotation = levelling_rotation(up);

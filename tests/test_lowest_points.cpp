@@ -14,7 +14,7 @@ using Eigen::Vector3f;
 namespace {
 
 constexpr double resolution = 0.25;  // [m]
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+using scenes::nan;
 const Vector3d up = Vector3d::UnitZ();
 
 template <class R>

@@ -47,7 +47,7 @@ scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
   return s;
 }
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 
 }  // namespace
 

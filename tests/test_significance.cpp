@@ -9,7 +9,7 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
+using scenes::four;
 
 }  // namespace
 

@@ -35,7 +35,7 @@ struct one_cluster {
 };
 
 /// What a scanner sees of a stem from one side.
-scenes::seen_surface half_round(double noise) {
+scenes::seen_surface one_side(double noise) {
   return {.arc = std::numbers::pi, .noise = noise};
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("one stem in a cluster is found to 2 mm, with its evidence") {
   for (const cylinder& truth :
        {upright(0, 0, 0, 0.08), upright(4, 5, 0, 0.25), leaning(-3, 2, 0, 0.15, 15, 130)}) {
     CAPTURE(truth.radius);
-    const one_cluster scene(scenes::stem_points(random, truth, 1500, half_round(0.003)));
+    const one_cluster scene(scenes::stem_points(random, truth, 1500, one_side(0.003)));
     for (const stem_cylinders& found : {scene.find(), scene.find_by_normals()}) {
       REQUIRE(found.stems.size() == 1);
       const stem_cylinder& stem = found.stems[0];
@@ -187,7 +187,7 @@ TEST_CASE("stems have the same bits for 1, 2 and 8 threads, and for the same see
   point_clusters clusters;
   for (int i = 0; i < 12; ++i) {
     const cylinder c = leaning(2 * i, 0, 0, 0.05 + 0.02 * i, i, 30 * i);
-    scenes::append(scan, scenes::stem_points(random, c, 400, half_round(0.003)));
+    scenes::append(scan, scenes::stem_points(random, c, 400, one_side(0.003)));
   }
   const cell_columns cells = sort_into_cells(scenes::as_local(scan), 0.05);
   clusters = cluster_cells(cells, estimate_surfaces(cells), {}, 15);

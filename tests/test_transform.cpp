@@ -9,8 +9,8 @@ using scenes::positions;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
-constexpr auto six = degrees_of_freedom::six;
+using scenes::four;
+using scenes::six;
 
 Eigen::Isometry3d random_motion(random_source& random) {
   Eigen::Isometry3d motion = scenes::random_levelled_motion(random);
@@ -19,7 +19,7 @@ Eigen::Isometry3d random_motion(random_source& random) {
   return motion;
 }
 
-positions cloud(random_source& random, std::size_t count) {
+positions random_points(random_source& random, std::size_t count) {
   positions points;
   for (std::size_t i = 0; i < count; ++i)
     points.push_back(20 * Eigen::Vector3d(random.uniform(), random.uniform(), random.uniform()));
@@ -38,7 +38,7 @@ TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
     for (const auto dof : {four, six}) {
       INFO("seed " << seed << ", dof " << int(dof));
       random_source random(seed);
-      const positions source = cloud(random, 3 + random.below(10));
+      const positions source = random_points(random, 3 + random.below(10));
       const Eigen::Isometry3d truth =
           dof == four ? scenes::random_levelled_motion(random) : random_motion(random);
       const auto motion = fit_transform(source, scenes::moved(truth, source), dof);
@@ -50,7 +50,7 @@ TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
 
 TEST_CASE("fit_transform recovers an exact motion of coordinates of a million metres") {
   random_source random(51);
-  const positions near = cloud(random, 10);
+  const positions near = random_points(random, 10);
   const positions source = scenes::moved(scenes::yaw_and_shift(0, {1e6, 5e6, 1e3}), near);
   for (const auto dof : {four, six}) {
     const Eigen::Isometry3d truth = scenes::yaw_and_shift(1, {-4e5, 7e4, 100});
@@ -63,7 +63,7 @@ TEST_CASE("fit_transform recovers an exact motion of coordinates of a million me
 TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby") {
   for (const auto dof : {four, six}) {
     random_source random(52);
-    const positions source = cloud(random, 12);
+    const positions source = random_points(random, 12);
     const positions target =
         scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), source), 0.3, random);
     std::vector<double> weights;
@@ -90,7 +90,7 @@ TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby")
 
 TEST_CASE("4-DoF keeps the z axis to the last bit, also for tilted input") {
   random_source random(53);
-  const positions source = cloud(random, 10);
+  const positions source = random_points(random, 10);
   const positions target = scenes::moved(random_motion(random), source);
   const auto motion = fit_transform(source, target, four);
   REQUIRE(motion);
@@ -109,7 +109,7 @@ TEST_CASE("4-DoF shifts heights by their mean difference") {
 TEST_CASE("points of weight zero do not count, and weights count as copies") {
   random_source random(54);
   for (const auto dof : {four, six}) {
-    positions source = cloud(random, 8), target = scenes::noisy(source, 0.5, random);
+    positions source = random_points(random, 8), target = scenes::noisy(source, 0.5, random);
     positions copies_source = source, copies_target = target;
     copies_source.push_back(source[3]);
     copies_target.push_back(target[3]);
@@ -127,7 +127,7 @@ TEST_CASE("fit_transform never reflects, also where a reflection would fit exact
   random_source random(55);
   for (const auto dof : {four, six})
     for (int round = 0; round < 20; ++round) {
-      const positions source = cloud(random, 3 + random.below(6));
+      const positions source = random_points(random, 3 + random.below(6));
       positions target = source;
       for (Eigen::Vector3d& p : target) p.y() = -p.y();
       const auto motion = fit_transform(source, target, dof);
@@ -138,7 +138,7 @@ TEST_CASE("fit_transform never reflects, also where a reflection would fit exact
 
 TEST_CASE("6-DoF rotates points of one plane exactly") {
   random_source random(56);
-  positions source = cloud(random, 6);
+  positions source = random_points(random, 6);
   for (Eigen::Vector3d& p : source) p.z() = 0;
   const Eigen::Isometry3d truth = random_motion(random);
   const auto motion = fit_transform(source, scenes::moved(truth, source), six);

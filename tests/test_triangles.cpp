@@ -19,14 +19,14 @@ using triplet = std::array<stem_index, 3>;
 
 namespace {
 
-triplet sorted(triplet v) {
+triplet in_order(triplet v) {
   std::sort(v.begin(), v.end());
   return v;
 }
 
 std::set<triplet> triplets_of(const std::vector<triangle>& triangles) {
   std::set<triplet> triplets;
-  for (const triangle& t : triangles) triplets.insert(sorted(t.vertices));
+  for (const triangle& t : triangles) triplets.insert(in_order(t.vertices));
   return triplets;
 }
 
@@ -245,7 +245,7 @@ TEST_CASE("admissible orders equal their definition, the canonical one first and
           CHECK(order.edges[i] == stem_distance(a, b, true));
         }
       }
-      triplet v = sorted(t.vertices);
+      triplet v = in_order(t.vertices);
       do {
         if (oracles::is_admissible(stems, v, true, tolerance)) expected.insert(v);
       } while (std::next_permutation(v.begin(), v.end()));

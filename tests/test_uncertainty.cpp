@@ -16,8 +16,8 @@ using scenes::noisy_match;
 
 namespace {
 
-constexpr auto four = degrees_of_freedom::four;
-constexpr auto six = degrees_of_freedom::six;
+using scenes::four;
+using scenes::six;
 constexpr double quantile_of_two = 5.991, quantile_of_four = 9.488;  // chi squared, 95 %
 
 /// As rows of the covariance: shift of the center, turns.
