@@ -203,31 +203,38 @@ class cell_sorter {
     std::uint32_t place;
   };
 
+  static constexpr std::size_t chunk = std::size_t(1) << 16;
+
   std::int32_t number(float v, std::size_t dimension) const {
     const double cell = std::floor(double(v) / result_.width) - result_.lowest[dimension];
     return static_cast<std::int32_t>(std::clamp(cell, 0.0, double(cell_columns::most)));
   }
-  void find_lowest();
+  void find_lowest(const execution& how);
   std::vector<std::uint32_t> sort_into_rows(const execution& how);
   row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
 
   cell_columns::parts result_;
 };
 
-inline void cell_sorter::find_lowest() {
+inline void cell_sorter::find_lowest(const execution& how) {
   const local_points& points = result_.points;
   if (points.size() == 0) return;
-  const auto lowest = [&](const std::vector<float>& values) {
-    return std::floor(double(*std::min_element(values.begin(), values.end())) / result_.width);
-  };
-  result_.lowest = {lowest(points.x), lowest(points.y), lowest(points.z)};
+  std::vector<Eigen::Array3f> lowest_of((points.size() + chunk - 1) / chunk);
+  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
+    Eigen::Array3f lowest = points[begin].array();
+    for (std::size_t i = begin; i < end; ++i) lowest = lowest.min(points[i].array());
+    lowest_of[begin / chunk] = lowest;
+  });
+  Eigen::Array3f lowest = lowest_of.front();
+  for (const Eigen::Array3f& l : lowest_of) lowest = lowest.min(l);
+  for (int d = 0; d < 3; ++d)
+    result_.lowest[std::size_t(d)] = std::floor(double(lowest[d]) / result_.width);
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
 inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
-  constexpr std::size_t chunk = std::size_t(1) << 16;
   local_points& points = result_.points;
-  std::vector<std::int32_t> row_of(points.size());
+  unset_vector<std::int32_t> row_of(points.size());
   parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) row_of[i] = number(points.y[i], 1);
   });
@@ -294,7 +301,7 @@ inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::ui
 }
 
 inline cell_columns cell_sorter::sorted(const execution& how) {
-  find_lowest();
+  find_lowest(how);
   const std::vector<std::uint32_t> first = sort_into_rows(how);
   const std::size_t rows = first.size() - 1;
   std::vector<row_cells> of_row(rows);

@@ -8,6 +8,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <memory>
+#include <new>
 #include <ranges>
 #include <stdexcept>
 #include <string_view>
@@ -70,13 +72,34 @@ inline Eigen::Matrix3d levelling_rotation(const Eigen::Vector3d& up) {
   return rotation;
 }
 
+namespace detail {
+
+/// For elements that are all set after a resize, each page by the thread that comes to it first: setting them
+/// to zero beforehand would take as long on one thread.
+template <class T>
+struct unset_allocator : std::allocator<T> {
+  template <class U>
+  struct rebind {
+    using other = unset_allocator<U>;
+  };
+  template <class U>
+  void construct(U* place) noexcept {
+    ::new (static_cast<void*>(place)) U;
+  }
+};
+
+template <class T>
+using unset_vector = std::vector<T, unset_allocator<T>>;
+
+}  // namespace detail
+
 /// Points of a scan in local float coordinates (good to 0.1 mm within a kilometre), each with its index in
 /// the scan. It is itself a point range, in the local frame.
 class local_points {
  public:
   local_frame frame;
-  std::vector<float> x, y, z;      ///< [m], local frame
-  std::vector<point_index> index;  ///< in the caller's range
+  detail::unset_vector<float> x, y, z;      ///< [m], local frame
+  detail::unset_vector<point_index> index;  ///< in the caller's range
 
   std::size_t size() const { return x.size(); }
   Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
@@ -87,6 +110,7 @@ class local_points {
     z.push_back(p.z());
     index.push_back(i);
   }
+  /// Points beyond the old size are not set.
   void resize(std::size_t count) {
     x.resize(count);
     y.resize(count);

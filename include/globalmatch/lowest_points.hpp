@@ -300,43 +300,67 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
   return outliers.size();
 }
 
+namespace detail {
+
+/// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
+/// where no point proves ground. A border of one cell lies around.
+class ground_reach {
+ public:
+  ground_reach(const lowest_raster& raster, double slope)
+      : columns_(raster.columns),
+        straight_(float(slope * raster.resolution)),
+        heights_(std::size_t(raster.columns + 2) * std::size_t(raster.rows + 2), unbounded) {
+    const auto any = [](float) { return true; };
+    for (int r = 0; r < raster.rows; ++r)
+      for (int c = 0; c < columns_; ++c)
+        if (raster.holds(c, r) && are_around(raster, c, r, least_around, any))
+          row(r)[c] = raster.points[raster.cell(c, r)].z();
+    for (int r = 0; r < raster.rows; ++r) {
+      float* here = row(r);
+      rise_from(row(r - 1), here);
+      for (int c = 0; c < columns_; ++c) here[c] = std::min(here[c], here[c - 1] + straight_);
+    }
+    for (int r = raster.rows - 1; r >= 0; --r) {
+      float* here = row(r);
+      rise_from(row(r + 1), here);
+      for (int c = columns_ - 1; c >= 0; --c) here[c] = std::min(here[c], here[c + 1] + straight_);
+    }
+  }
+
+  /// By column.
+  const float* row(int r) const { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
+
+ private:
+  static constexpr float unbounded = std::numeric_limits<float>::infinity();
+
+  float* row(int r) { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
+  void rise_from(const float* next, float* here) const {
+    const float diagonal = float(std::sqrt(2.0)) * straight_;
+    for (int c = 0; c < columns_; ++c)
+      here[c] =
+          std::min(here[c], std::min(next[c] + straight_, std::min(next[c - 1], next[c + 1]) + diagonal));
+  }
+
+  int columns_;
+  float straight_;  // [m] rise from one cell to the next
+  std::vector<float> heights_;
+};
+
+}  // namespace detail
+
 /// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
 /// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
 /// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
 /// ground. Returns how many. Cost: linear in the cells.
 inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step) {
-  const float straight = float(slope * raster.resolution), diagonal = float(std::sqrt(2.0)) * straight;
-  std::vector<float> reach;  // highest that the ground can be at each cell
-  reach.reserve(raster.points.size());
-  for (int r = 0; r < raster.rows; ++r)
-    for (int c = 0; c < raster.columns; ++c) {
-      const bool proves_ground = raster.holds(c, r) && detail::are_around(raster, c, r, detail::least_around,
-                                                                          [](float) { return true; });
-      reach.push_back(proves_ground ? raster.points[raster.cell(c, r)].z()
-                                    : std::numeric_limits<float>::infinity());
-    }
-  const auto relax = [&](int c, int r, int forward) {
-    float& here = reach[raster.cell(c, r)];
-    const auto from = [&](int dc, int dr, float rise) {
-      const int column = c + dc, row = r + dr;
-      if (column >= 0 && row >= 0 && column < raster.columns && row < raster.rows)
-        here = std::min(here, reach[raster.cell(column, row)] + rise);
-    };
-    from(-forward, 0, straight);
-    from(0, -forward, straight);
-    from(-forward, -forward, diagonal);
-    from(forward, -forward, diagonal);
-  };
-  for (int r = 0; r < raster.rows; ++r)
-    for (int c = 0; c < raster.columns; ++c) relax(c, r, 1);
-  for (int r = raster.rows - 1; r >= 0; --r)
-    for (int c = raster.columns - 1; c >= 0; --c) relax(c, r, -1);
+  const detail::ground_reach reach(raster, slope);
   std::size_t removed = 0;
-  for (std::size_t i = 0; i < raster.points.size(); ++i)
-    if (raster.points[i].z() > reach[i] + float(step)) {
-      raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
-      ++removed;
-    }
+  for (int r = 0; r < raster.rows; ++r)
+    for (int c = 0; c < raster.columns; ++c)
+      if (float& z = raster.points[raster.cell(c, r)].z(); z > reach.row(r)[c] + float(step)) {
+        z = std::numeric_limits<float>::quiet_NaN();
+        ++removed;
+      }
   return removed;
 }
 

@@ -89,7 +89,9 @@ local_points select_understory(const R& scan, const terrain& ground, const under
   read_in_chunks(
       scan, how, "understory", [&](std::size_t chunks) { parts.resize(chunks); },
       [&](std::size_t chunk, const auto& visit_points) {
+        constexpr std::size_t usual = 16384;  // points of a chunk in the layer
         local_points part;
+        part.reserve(usual);
         visit_points([&](const Eigen::Vector3d& p, point_index i) {
           const Eigen::Vector3d local = ground.frame.to_local(p);
           if (!ground.covers(local.x(), local.y()) || !limits.may_hold(local.x(), local.y(), local.z()))
