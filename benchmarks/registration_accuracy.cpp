@@ -34,7 +34,7 @@ struct mapped_scan {
   Isometry3d plot_from_scan;
 };
 
-mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& how) {
+mapped_scan map_scan(support::simulation& plot, std::size_t i, bool weighted, const execution& how) {
   constexpr std::size_t every = 50;  // point of the scan goes into the sample
   const auto scan = plot.scan(i, how);
   mapped_scan result;
@@ -43,6 +43,8 @@ mapped_scan map_scan(support::simulation& plot, std::size_t i, const execution& 
   const support::stage_clock clock;
   result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), how);
   result.seconds = clock.seconds();
+  if (!weighted)
+    for (stem& s : result.map.stems) s.position_sigma = 0;  // not known
 
   std::vector<Vector3d> found, truth;
   std::vector<std::uint32_t> returns;
@@ -103,7 +105,7 @@ struct scene_result {
   std::vector<registered_pair> pairs;
 };
 
-void run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step,
+void run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step, bool weighted,
                const registration_options& registering, const execution& how, scene_result& result) {
   support::simulation_options options = scene.options;
   options.seed = seed;
@@ -111,7 +113,7 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
   support::simulation plot(options);
   std::vector<mapped_scan> scans;
   for (std::size_t i = 0; i < plot.stations().size(); ++i) {
-    scans.push_back(map_scan(plot, i, how));
+    scans.push_back(map_scan(plot, i, weighted, how));
     result.scores.push_back(scans.back().score);
     result.mapping_seconds.push_back(scans.back().seconds);
   }
@@ -215,11 +217,13 @@ int main(int argc, char** argv) {
   std::vector<std::uint64_t> seeds(std::begin(support::tuning_seeds), std::end(support::tuning_seeds));
   std::filesystem::path pairs_file = "registration_accuracy.csv";
   double angular_step = 0;
+  bool unweighted = false;
   support::shared_options shared;
   app.add_option("--scenes", names, "names of scenes")->delimiter(',');
   app.add_option("--seeds", seeds, "of the scenes")->delimiter(',')->capture_default_str();
   app.add_option("--pairs", pairs_file, "CSV with a line for each pair")->capture_default_str();
   app.add_option("--angular-step", angular_step, "instead of the scenes' own [deg]");
+  app.add_flag("--unweighted", unweighted, "match without heeding how sure the stems' places are");
   shared.add_matching_to(app);
   shared.add_icp_to(app);
   shared.add_threads_to(app);
@@ -236,7 +240,7 @@ int main(int argc, char** argv) {
     for (const std::string& name : names) {
       scene_result result;
       for (const std::uint64_t seed : seeds)
-        run_scene(support::find_scene(name), seed, angular_step, registering, how, result);
+        run_scene(support::find_scene(name), seed, angular_step, !unweighted, registering, how, result);
       print_row(std::cout, name, all_seeds, result);
       for (const registered_pair& pair : result.pairs) print_pair(csv.stream(), pair);
     }

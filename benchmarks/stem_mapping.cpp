@@ -36,7 +36,14 @@ constexpr double near = 15;                  // [m] from the scanner radii shoul
 struct found_stem {
   double distance = 0;                                        // [m] from the scanner, in plan
   double plan_error = 0, height_error = 0, radius_error = 0;  // [m]
+  double plan_sigma = 0, height_sigma = 0, radius_sigma = 0;  // [m] as told
   bool ground_seen = true;
+};
+
+/// What a stem's quality said, and what was so.
+struct judged_find {
+  double quality = 0;
+  bool is_true = false;
 };
 
 /// What a scan was like, and what came of it.
@@ -48,6 +55,7 @@ struct mapped_scan {
   std::map<std::string, double> stages;  // seconds
   std::size_t found = 0, required = 0, required_found = 0, faint = 0, faint_found = 0;
   std::vector<found_stem> true_finds;
+  std::vector<judged_find> judged;
 };
 
 void score(mapped_scan& result, const stem_map& map, const support::simulated_scan& scan,
@@ -61,7 +69,9 @@ void score(mapped_scan& result, const stem_map& map, const support::simulated_sc
       index.push_back(s);
     }
   std::vector<bool> is_found(stems.size());
+  for (const stem& s : map.stems) result.judged.push_back({s.quality, false});
   for (const auto& [find, t] : pair_finds(finds, truth)) {
+    result.judged[find].is_true = true;
     const Vector3d error = finds[find] - truth[t];
     const auto& true_stem = stems[index[t]];
     is_found[index[t]] = true;
@@ -69,6 +79,9 @@ void score(mapped_scan& result, const stem_map& map, const support::simulated_sc
                                  .plan_error = error.head<2>().norm(),
                                  .height_error = error.z(),
                                  .radius_error = map.stems[find].radius - true_stem.dbh / 2,
+                                 .plan_sigma = map.stems[find].position_sigma,
+                                 .height_sigma = map.stems[find].height_sigma,
+                                 .radius_sigma = map.stems[find].radius_sigma,
                                  .ground_seen = map.stems[find].ground_seen});
   }
   result.found = finds.size();
@@ -179,6 +192,43 @@ void print_stages(std::ostream& out, const std::vector<mapped_scan>& scans) {
   for (const auto& [stage, seconds] : sums) out << "| " << stage << " | " << 1e9 * seconds / points << " |\n";
 }
 
+/// Whether the qualities and standard deviations that stems carry are what they say.
+void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans) {
+  constexpr double ellipse_95 = 2.45;  // standard deviations in plan
+  struct bin {
+    double most = 1, told = 0;
+    std::size_t finds = 0, true_finds = 0;
+  };
+  std::vector<bin> bins;
+  for (const double most : {0.8, 0.9, 0.95, 0.98, 0.99, 1.0}) bins.push_back({.most = most});
+  std::size_t all = 0, plan = 0, height_1 = 0, height_2 = 0, radius_1 = 0, radius_2 = 0;
+  for (const mapped_scan& s : scans) {
+    for (const judged_find& f : s.judged) {
+      bin& b = *std::find_if(bins.begin(), bins.end(), [&](const bin& at) { return f.quality <= at.most; });
+      b.told += f.quality;
+      ++b.finds;
+      b.true_finds += f.is_true;
+    }
+    for (const found_stem& f : s.true_finds) {
+      ++all;
+      plan += f.plan_error <= ellipse_95 * f.plan_sigma;
+      height_1 += std::abs(f.height_error) <= f.height_sigma;
+      height_2 += std::abs(f.height_error) <= 2 * f.height_sigma;
+      radius_1 += std::abs(f.radius_error) <= f.radius_sigma;
+      radius_2 += std::abs(f.radius_error) <= 2 * f.radius_sigma;
+    }
+  }
+  out << "\n| quality up to | stems | mean quality [%] | true [%] |\n|---|---|---|---|\n" << std::setprecision(1);
+  for (const bin& b : bins)
+    out << "| " << std::setprecision(2) << b.most << std::setprecision(1) << " | " << b.finds << " | "
+        << 100 * b.told / double(b.finds) << " | " << 100 * double(b.true_finds) / double(b.finds) << " |\n";
+  const auto percent = [&](std::size_t part) { return 100 * double(part) / double(all); };
+  out << "\nOf " << all << " true finds the error in plan is within the 95 % ellipse for " << percent(plan)
+      << " %; in height within one standard deviation for " << percent(height_1) << " %, two "
+      << percent(height_2) << " %; of the radius " << percent(radius_1) << " and " << percent(radius_2)
+      << " %.\n";
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -237,6 +287,7 @@ int main(int argc, char** argv) {
         std::cout << "| growth exponent | | " << benchmarks::growth_exponent(growth) << " | | | | | | | |\n";
     }
     print_stages(std::cout, all);
+    print_calibration(std::cout, all);
     csv.commit();
     return support::done;
   });

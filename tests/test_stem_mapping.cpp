@@ -78,7 +78,7 @@ void check_finds(const stem_map& map, const plot& truth,
 
 bool same_bits(const stem& a, const stem& b) {
   return a.position == b.position && a.axis == b.axis && a.radius == b.radius &&
-         a.position_sigma == b.position_sigma && a.radius_sigma == b.radius_sigma &&
+         a.position_sigma == b.position_sigma && a.radius_sigma == b.radius_sigma && a.quality == b.quality &&
          a.ground_seen == b.ground_seen && a.support == b.support;
 }
 
@@ -199,6 +199,8 @@ TEST_CASE("stems are ordered by position, and their supports are points of the s
     CHECK(s.position_sigma < 0.01);
     CHECK(s.radius_sigma > 0);
     CHECK(s.radius_sigma < 0.01);
+    CHECK(s.quality > 0.9);
+    CHECK(s.quality < 1);
     const cylinder c{s.position + s.axis * breast_height / s.axis.z(), s.axis, s.radius, s.taper};
     double furthest = 0;
     for (const point_index p : s.support) {

@@ -115,6 +115,23 @@ TEST_CASE("merging does not depend on the order of fragments of different size")
   CHECK(forwards[0].support == backwards[0].support);
 }
 
+TEST_CASE("a stem is the surer the more height it fills, the clearer it stands and the better it is placed") {
+  stem_cylinder faint;
+  faint.filled_height = 1.4;
+  faint.surface_share = 0.7;
+  faint.covariance = 1e-4 * cylinder_covariance_matrix::Identity();
+  stem_cylinder high = faint, clear = faint, sure = faint, all = faint;
+  high.filled_height = all.filled_height = 2.8;
+  clear.surface_share = all.surface_share = 1;
+  sure.covariance = all.covariance = faint.covariance / 100;
+  for (const stem_cylinder& better : {high, clear, sure}) {
+    CHECK(stem_quality(better) > stem_quality(faint));
+    CHECK(stem_quality(all) > stem_quality(better));
+  }
+  CHECK(stem_quality(all) < 1);
+  CHECK(stem_quality(stem_cylinder{}) > 0);
+}
+
 TEST_CASE("stems are in the frame of the scan, ordered by position, with the indices of the scan") {
   random_source random(6);
   terrain ground = sloped_terrain({});

@@ -98,8 +98,8 @@ using unset_vector = std::vector<T, unset_allocator<T>>;
 class local_points {
  public:
   local_frame frame;
-  detail::unset_vector<float> x, y, z;      ///< [m], local frame
-  detail::unset_vector<point_index> index;  ///< in the caller's range
+  detail::unset_vector<float> x, y, z;  ///< [m], local frame
+  std::vector<point_index> index;       ///< in the caller's range
 
   std::size_t size() const { return x.size(); }
   Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
@@ -110,7 +110,7 @@ class local_points {
     z.push_back(p.z());
     index.push_back(i);
   }
-  /// Points beyond the old size are not set.
+  /// Coordinates beyond the old size are not set.
   void resize(std::size_t count) {
     x.resize(count);
     y.resize(count);

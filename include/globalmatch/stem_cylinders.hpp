@@ -61,6 +61,8 @@ struct stem_cylinder {
   std::vector<point_index> support;  ///< positions in the understory points that lie on it, increasing
   double filled_height = 0;          ///< [m] height that the support fills, in steps of 0.1 m
   double rms = 0;                    ///< [m] of the support about the surface
+  double surface_share = 1;          ///< of the points in and within 0.1 m of it those on its surface
+  double inside_share = 0;           ///< points in it, as a share of those on its surface
   cylinder_covariance_matrix covariance = cylinder_covariance_matrix::Zero();
 };
 
@@ -203,7 +205,8 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
   const double tolerance = options.cylinder.distance_tolerance.value();
   const double rough = 1.5 * tolerance;  // bark and taper
   const local_points& points = understory.points();
-  stem_cylinder found{c, {}, 0, 0, {}};
+  stem_cylinder found;
+  found.cylinder = c;
   struct near_point {
     float z, distance;
   };
@@ -230,9 +233,10 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
   for (const near_point& p : near)
     if (p.z >= lowest && p.z <= highest)
       ++(p.distance < -rough ? inside : p.distance < rough ? on_surface : around);
-  const double all = double(inside + on_surface + around);
-  if (double(on_surface) < options.least_share * all ||
-      double(inside) > options.most_inside * double(on_surface))
+  if (on_surface == 0) return std::nullopt;
+  found.surface_share = double(on_surface) / double(inside + on_surface + around);
+  found.inside_share = double(inside) / double(on_surface);
+  if (found.surface_share < options.least_share || found.inside_share > options.most_inside)
     return std::nullopt;
 
   std::vector<Eigen::Vector3d> support;
