@@ -120,6 +120,11 @@ mapped_scan map_scan(support::simulation& plot, std::size_t station, const mappi
   return result;
 }
 
+/// Not a number when there is none.
+double percent(std::size_t part, std::size_t all) {
+  return all > 0 ? 100 * double(part) / double(all) : std::numeric_limits<double>::quiet_NaN();
+}
+
 /// The value that a share of the values is below; not a number when there is none.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -156,9 +161,6 @@ void print_row(std::ostream& out, const std::string& name, const std::vector<map
       radius_error.push_back(100 * f.radius_error);
     }
   }
-  const auto percent = [](std::size_t part, std::size_t all) {
-    return all > 0 ? 100 * double(part) / double(all) : std::numeric_limits<double>::quiet_NaN();
-  };
   out << std::fixed << std::setprecision(1) << "| " << name << " | " << points / double(scans.size()) << " | "
       << std::setprecision(3) << seconds / points << ", " << worst << " | " << std::setprecision(1) << bytes
       << " | " << percent(plan.size(), found) << " | " << percent(required_found, required) << " | "
@@ -218,15 +220,15 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
       radius_2 += std::abs(f.radius_error) <= 2 * f.radius_sigma;
     }
   }
-  out << "\n| quality up to | stems | mean quality [%] | true [%] |\n|---|---|---|---|\n" << std::setprecision(1);
+  out << "\n| quality up to | stems | mean quality [%] | true [%] |\n|---|---|---|---|\n"
+      << std::setprecision(1);
   for (const bin& b : bins)
     out << "| " << std::setprecision(2) << b.most << std::setprecision(1) << " | " << b.finds << " | "
-        << 100 * b.told / double(b.finds) << " | " << 100 * double(b.true_finds) / double(b.finds) << " |\n";
-  const auto percent = [&](std::size_t part) { return 100 * double(part) / double(all); };
-  out << "\nOf " << all << " true finds the error in plan is within the 95 % ellipse for " << percent(plan)
-      << " %; in height within one standard deviation for " << percent(height_1) << " %, two "
-      << percent(height_2) << " %; of the radius " << percent(radius_1) << " and " << percent(radius_2)
-      << " %.\n";
+        << 100 * b.told / double(b.finds) << " | " << percent(b.true_finds, b.finds) << " |\n";
+  out << "\nOf " << all << " true finds the error in plan is within the 95 % ellipse for "
+      << percent(plan, all) << " %; in height within one standard deviation for " << percent(height_1, all)
+      << " %, two " << percent(height_2, all) << " %; of the radius " << percent(radius_1, all) << " and "
+      << percent(radius_2, all) << " %.\n";
 }
 
 }  // namespace

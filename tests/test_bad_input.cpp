@@ -73,7 +73,8 @@ TEST_CASE("a scan upside down is refused") {
 }
 
 TEST_CASE("a scan in millimetres is refused, and the reason asks for metres") {
-  check_refused(changed(small_plot().scan(), [](const auto& p) { return Eigen::Vector3f(1000 * p); }), "metres");
+  check_refused(changed(small_plot().scan(), [](const auto& p) { return Eigen::Vector3f(1000 * p); }),
+                "metres");
 }
 
 TEST_CASE("points that are not finite, doubled or a million kilometres away change nothing") {

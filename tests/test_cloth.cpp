@@ -108,8 +108,9 @@ TEST_CASE("a cloth over shifted ground is the same, shifted") {
 }
 
 TEST_CASE("a cell takes the height of the nearest cell with one, along rows and columns") {
-  std::vector<float> heights = {no_height, no_height, 3,   no_height, no_height, no_height, no_height,  //
-                                no_height, no_height, no_height, no_height, no_height, no_height, 7};
+  std::vector<float> heights = {
+      no_height, no_height, 3,         no_height, no_height, no_height, no_height,  //
+      no_height, no_height, no_height, no_height, no_height, no_height, 7};
   detail::fill_from_nearest(heights, 7, 2);
   CHECK(heights == std::vector<float>{3, 3, 3, 3, 3, 7, 7, 3, 3, 3, 3, 7, 7, 7});
 }

@@ -261,8 +261,8 @@ TEST_CASE("points of a layer with normals are only paired when they face the sam
   for (int i = 0; i < 400; ++i) ground.source.push_back({0.5 * (i % 20), 0.5 * (i / 20), 0});
   ground.target = ground.source;  // stems alone would leave the height open
   const auto error = [&](const icp_layer& stems, icp_metric metric) {
-    const icp_result result = refine_by_icp(std::vector{ground, stems}, Eigen::Isometry3d::Identity(), four,
-                                            with_metric(metric));
+    const icp_result result =
+        refine_by_icp(std::vector{ground, stems}, Eigen::Isometry3d::Identity(), four, with_metric(metric));
     return (result.target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm();
   };
   const double without = error(both, icp_metric::point_to_point);

@@ -20,7 +20,8 @@ struct jittered_scans {
   position_set source, target;
   map_pair maps;
 
-  jittered_scans(const positions& first, const positions& second, random_source& random, bool horizontal = true)
+  jittered_scans(const positions& first, const positions& second, random_source& random,
+                 bool horizontal = true)
       : source(scenes::set_in_order(scenes::noisy(first, 0.05, random))),
         target(scenes::set_in_order(scenes::noisy(second, 0.05, random))),
         maps(source, target, horizontal, degrees_of_freedom::four) {}
@@ -131,8 +132,9 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
     CHECK(scenes::largest_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
 
     const map_pair in_plan(scans.source, scans.target, true, degrees_of_freedom::four);
-    CHECK(lattice_misfits(in_plan, jittered_rows, shift_of(3, -2)).testimony_of(shift_of(0, 0)).log10_false_alarms >
-          -2);
+    CHECK(lattice_misfits(in_plan, jittered_rows, shift_of(3, -2))
+              .testimony_of(shift_of(0, 0))
+              .log10_false_alarms > -2);
   }
 }
 
@@ -217,7 +219,7 @@ TEST_CASE("heights and radii of different stands are no evidence") {
     CAPTURE(seed);
     random_source random(seed);
     jittered_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
-                    random, false);
+                         random, false);
     for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
     const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
     for (const hypothesis& h : misfits.propose(8))

@@ -19,8 +19,8 @@ using support::message_of;
 
 namespace {
 
-using scenes::nan;
 using scenes::infinity;
+using scenes::nan;
 
 bool turns_upright(const Vector3d& up) {
   const Eigen::Matrix3d rotation = levelling_rotation(up);

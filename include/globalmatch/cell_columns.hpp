@@ -227,8 +227,7 @@ inline void cell_sorter::find_lowest(const execution& how) {
   });
   Eigen::Array3f lowest = lowest_of.front();
   for (const Eigen::Array3f& l : lowest_of) lowest = lowest.min(l);
-  for (int d = 0; d < 3; ++d)
-    result_.lowest[std::size_t(d)] = std::floor(double(lowest[d]) / result_.width);
+  for (int d = 0; d < 3; ++d) result_.lowest[std::size_t(d)] = std::floor(double(lowest[d]) / result_.width);
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.

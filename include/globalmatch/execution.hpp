@@ -88,7 +88,7 @@ void parallel_chunks(const execution& how, std::string_view stage, std::size_t c
     }
   };
 #ifdef _OPENMP
-#pragma omp parallel for schedule(dynamic, 1) num_threads(thread_count(how)) if (chunks > 1)
+#pragma omp parallel for schedule(monotonic : dynamic, 1) num_threads(thread_count(how)) if (chunks > 1)
   for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, omp_get_thread_num() == 0);
 #else
   for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, true);

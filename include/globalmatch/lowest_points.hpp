@@ -328,7 +328,9 @@ class ground_reach {
   }
 
   /// By column.
-  const float* row(int r) const { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
+  const float* row(int r) const {
+    return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1;
+  }
 
  private:
   static constexpr float unbounded = std::numeric_limits<float>::infinity();
