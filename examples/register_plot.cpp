@@ -102,6 +102,7 @@ int main(int argc, char** argv) {
       maps.push_back(
           timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); }));
       scan_reports.push_back(support::describe(maps.back()));
+      if (options.dof == 4) support::warn_if_askew(maps.back(), file);
     }
 
     nlohmann::ordered_json pair_reports = nlohmann::ordered_json::array();

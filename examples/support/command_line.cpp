@@ -14,6 +14,9 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->expected(3)
       ->type_name("X,Y,Z")
       ->capture_default_str();
+  app.add_flag(
+      "--up-by-stems", up_by_stems,
+      "take the direction that most stems stand in for up; --up need be right within 15 degrees only");
   app.add_option("--scanner", scanner, "position of the scanner; accepted, but nothing depends on it yet")
       ->delimiter(',')
       ->expected(3)
@@ -55,6 +58,7 @@ mapping_options shared_options::for_mapping() const {
   mapping_options options;
   options.verticality.constraint = !no_verticality;
   if (normalized) options.ground.filter = ground_filter::normalized;
+  options.up_by_stems = up_by_stems;
   options.stems.cylinder.seed = seed;
   return options;
 }

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <iomanip>
+#include <iostream>
 #include <numbers>
 #include <sstream>
 #include <system_error>
@@ -109,13 +110,27 @@ json describe(const lattice& rows) {
 }  // namespace
 
 json describe(const stem_map& map) {
+  const auto upright = [&]() -> json {
+    if (!map.upright) return nullptr;
+    const double degrees = 180 / std::numbers::pi;
+    return {{"up", row_by_row(Eigen::MatrixXd(map.upright->up))},
+            {"sigma_deg", degrees * map.upright->sigma},
+            {"off_deg", degrees * angle_between(map.upright->up, map.up)},
+            {"askew", is_askew(map)}};
+  };
   return {{"points", map.funnel.ground.points},
           {"stems", map.funnel.stems},
           {"funnel", as_json(explain(map.funnel))},
           {"ground", describe(map.funnel.ground)},
+          {"up", row_by_row(Eigen::MatrixXd(map.up))},
+          {"upright", upright()},
           {"spacing_near", map.spacing_near},
           {"spacing_far", map.spacing_far},
           {"distance_tolerance", map.distance_tolerance}};
+}
+
+void warn_if_askew(const stem_map& map, const std::filesystem::path& scan) {
+  if (is_askew(map)) std::cerr << scan.filename().string() << ": its stems " << how_askew(map) << '\n';
 }
 
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {

@@ -50,6 +50,9 @@ class stage_clock {
 /// Points, stems and the funnel between them.
 nlohmann::ordered_json describe(const stem_map& map);
 
+/// Warns on standard error when the stems of a scan stand askew.
+void warn_if_askew(const stem_map& map, const std::filesystem::path& scan);
+
 /// Outcome, reason, motion, matches and ranked hypotheses.
 nlohmann::ordered_json describe(const matching& result,
                                 const std::optional<Eigen::Isometry3d>& target_from_source);

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -38,12 +39,17 @@ class cell_columns {
   /// All that it holds. `cells`, `columns` and `rows` (the first column of each) have one entry more than
   /// there are.
   struct parts {
-    double width = 1;                   // [m]
-    std::array<double, 3> lowest = {};  // numbers of the lowest cells, from the origin
+    double width = 1, per_meter = 1;    // [m], and cells
+    std::array<double, 3> corner = {};  // [m] of the lowest cells
     local_points points;
     std::vector<cell> cells;
     std::vector<column> columns;
     std::vector<std::size_t> rows;
+
+    /// Number of the cell along an axis; grows with the coordinate, whatever the rounding.
+    std::int32_t number(double v, std::size_t axis) const {
+      return static_cast<std::int32_t>(std::min(std::max((v - corner[axis]) * per_meter, 0.0), double(most)));
+    }
   };
   static constexpr std::int32_t most = (1 << 21) - 1;  ///< number of the last cell along each axis
 
@@ -84,17 +90,9 @@ class cell_columns {
   /// (x, y) in plan, in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
-    const auto clamped = [](double v) {
-      return static_cast<std::int32_t>(std::clamp(v, -1.0, double(most)));
-    };
-    const auto number = [&](double v, double lowest) {
-      return clamped(std::floor(v / parts_.width) - lowest);
-    };
-    const std::int32_t left = number(x - reach, parts_.lowest[0]),
-                       right = number(x + reach, parts_.lowest[0]);
-    const std::int32_t top =
-        std::min(number(y + reach, parts_.lowest[1]), static_cast<std::int32_t>(rows()) - 1);
-    for (std::int32_t row = std::max(number(y - reach, parts_.lowest[1]), 0); row <= top; ++row) {
+    const std::int32_t left = parts_.number(x - reach, 0), right = parts_.number(x + reach, 0);
+    const std::int32_t top = std::min(parts_.number(y + reach, 1), static_cast<std::int32_t>(rows()) - 1);
+    for (std::int32_t row = parts_.number(y - reach, 1); row <= top; ++row) {
       const auto [begin, end] = columns_between(row, left, right);
       if (begin != end) visit(points_begin(cells_begin(begin)), points_begin(cells_begin(end)));
     }
@@ -154,10 +152,11 @@ class column_window {
 
 namespace detail {
 
-/// Sorts by key, equal ones as they came; a pass for every 11 bits in which keys differ. `spare` is reused.
+/// Sorts by key, equal ones as they came; a pass for every eight bits in which keys differ. `spare` is
+/// reused.
 template <class Entry>
 void radix_sort(std::vector<Entry>& entries, std::vector<Entry>& spare) {
-  constexpr unsigned bits = 11;
+  constexpr unsigned bits = 8;
   constexpr std::uint64_t mask = (1u << bits) - 1;
   if (entries.size() < 64) {
     std::stable_sort(entries.begin(), entries.end(),
@@ -184,11 +183,14 @@ inline namespace GLOBALMATCH_THREADING {
 /// Fills `cell_columns`.
 class cell_sorter {
  public:
-  /// Takes the points over; one row after the other can then be sorted alone.
-  cell_sorter(local_points points, double width) {
+  /// Takes the points over, in parts that each may be of any size; one row after the other can then be sorted
+  /// alone.
+  cell_sorter(std::vector<local_points> parts, const local_frame& frame, double width)
+      : parts_(std::move(parts)) {
     if (!(width > 0)) throw std::invalid_argument("cell width must be positive");
     result_.width = width;
-    result_.points = std::move(points);
+    result_.per_meter = 1 / width;
+    result_.points.frame = frame;
   }
 
   cell_columns sorted(const execution& how);
@@ -203,78 +205,84 @@ class cell_sorter {
     std::uint32_t place;
   };
 
-  static constexpr std::size_t chunk = std::size_t(1) << 16;
-
-  std::int32_t number(float v, std::size_t dimension) const {
-    const double cell = std::floor(double(v) / result_.width) - result_.lowest[dimension];
-    return static_cast<std::int32_t>(std::clamp(cell, 0.0, double(cell_columns::most)));
+  template <class Work>
+  void for_each_part(const execution& how, const Work& work) {
+    parallel_for(how, "cells", parts_.size(), work, 16);
   }
-  void find_lowest(const execution& how);
+  void find_bounds(const execution& how);
   std::vector<std::uint32_t> sort_into_rows(const execution& how);
   row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
 
+  std::vector<local_points> parts_;
+  std::size_t rows_ = 0;
+  int height_bits_ = 0;  // of the number of the highest cell
   cell_columns::parts result_;
 };
 
-inline void cell_sorter::find_lowest(const execution& how) {
-  const local_points& points = result_.points;
-  if (points.size() == 0) return;
-  std::vector<Eigen::Array3f> lowest_of((points.size() + chunk - 1) / chunk);
-  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
-    Eigen::Array3f lowest = points[begin].array();
-    for (std::size_t i = begin; i < end; ++i) lowest = lowest.min(points[i].array());
-    lowest_of[begin / chunk] = lowest;
+/// Finds the corner of the lowest cells, and how many rows and heights there are.
+inline void cell_sorter::find_bounds(const execution& how) {
+  struct box {
+    Eigen::Array3f lowest = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity());
+    Eigen::Array3f highest = -lowest;
+    void add(const Eigen::Array3f& low, const Eigen::Array3f& high) {
+      lowest = lowest.min(low);
+      highest = highest.max(high);
+    }
+  };
+  std::vector<box> of_part(parts_.size());
+  for_each_part(how, [&](std::size_t part) {
+    box own;
+    for (std::size_t i = 0; i < parts_[part].size(); ++i)
+      own.add(parts_[part][i].array(), parts_[part][i].array());
+    of_part[part] = own;
   });
-  Eigen::Array3f lowest = lowest_of.front();
-  for (const Eigen::Array3f& l : lowest_of) lowest = lowest.min(l);
-  for (int d = 0; d < 3; ++d) result_.lowest[std::size_t(d)] = std::floor(double(lowest[d]) / result_.width);
+  box all;
+  for (const box& b : of_part) all.add(b.lowest, b.highest);
+  if (all.lowest.x() > all.highest.x()) return;  // no points
+  for (int d = 0; d < 3; ++d)
+    result_.corner[std::size_t(d)] = std::floor(double(all.lowest[d]) / result_.width) * result_.width;
+  rows_ = std::size_t(result_.number(all.highest.y(), 1)) + 1;
+  height_bits_ = std::bit_width(std::uint32_t(result_.number(all.highest.z(), 2)));
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
 inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
-  local_points& points = result_.points;
-  unset_vector<std::int32_t> row_of(points.size());
-  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) row_of[i] = number(points.y[i], 1);
-  });
-  const std::size_t rows =
-      std::size_t(row_of.empty() ? 0 : *std::max_element(row_of.begin(), row_of.end()) + 1);
-  const std::size_t chunks = (points.size() + chunk - 1) / chunk;
-  std::vector<std::uint32_t> place(chunks * rows, 0), first(rows + 1, 0);
-  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* counts = place.data() + begin / chunk * rows;
-    for (std::size_t i = begin; i < end; ++i) ++counts[row_of[i]];
+  const std::size_t rows = rows_;
+  std::vector<std::uint32_t> place(parts_.size() * rows, 0), first(rows + 1, 0);
+  for_each_part(how, [&](std::size_t part) {
+    for (const float y : parts_[part].y) ++place[part * rows + std::size_t(result_.number(y, 1))];
   });
   std::uint32_t sum = 0;
   for (std::size_t row = 0; row < rows; ++row) {
     first[row] = sum;
-    for (std::size_t c = 0; c < chunks; ++c) sum += std::exchange(place[c * rows + row], sum);
+    for (std::size_t part = 0; part < parts_.size(); ++part)
+      sum += std::exchange(place[part * rows + row], sum);
   }
-  if (rows > 0) first[rows] = sum;
-  local_points moved;
-  moved.frame = points.frame;
-  moved.resize(points.size());
-  parallel_chunks(how, "cells", points.size(), chunk, [&](std::size_t begin, std::size_t end) {
-    std::uint32_t* next = place.data() + begin / chunk * rows;
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint32_t to = next[row_of[i]]++;
+  first[rows] = sum;
+  local_points& moved = result_.points;
+  moved.resize(sum);
+  for_each_part(how, [&](std::size_t part) {
+    const local_points& points = parts_[part];
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const std::uint32_t to = place[part * rows + std::size_t(result_.number(points.y[i], 1))]++;
       moved.x[to] = points.x[i], moved.y[to] = points.y[i], moved.z[to] = points.z[i];
       moved.index[to] = points.index[i];
     }
+    parts_[part] = {};
   });
-  points = std::move(moved);
   return first;
 }
 
 /// Sorts the points of a row by column and height. Cells and columns are numbered from the row's first.
 inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::uint32_t end,
                                                     std::int32_t row) {
-  constexpr unsigned height_bits = 21;
   local_points& points = result_.points;
+  const std::uint64_t heights = (std::uint64_t(1) << height_bits_) - 1;
   std::vector<entry> entries(end - begin), spare;
   for (std::uint32_t i = begin; i < end; ++i)
-    entries[i - begin] = {
-        std::uint64_t(number(points.x[i], 0)) << height_bits | std::uint64_t(number(points.z[i], 2)), i};
+    entries[i - begin] = {std::uint64_t(result_.number(points.x[i], 0)) << height_bits_ |
+                              std::uint64_t(result_.number(points.z[i], 2)),
+                          i};
   radix_sort(entries, spare);
   local_points moved;
   moved.resize(entries.size());
@@ -285,10 +293,10 @@ inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::ui
     moved.x[k] = points.x[i], moved.y[k] = points.y[i], moved.z[k] = points.z[i];
     moved.index[k] = points.index[i];
     if (key == before) continue;
-    if (key >> height_bits != before >> height_bits)
-      found.columns.push_back({static_cast<std::int32_t>(key >> height_bits), row,
+    if (key >> height_bits_ != before >> height_bits_)
+      found.columns.push_back({static_cast<std::int32_t>(key >> height_bits_), row,
                                static_cast<cell_columns::cell_index>(found.cells.size())});
-    found.cells.push_back({static_cast<std::int32_t>(key & cell_columns::most), begin + k});
+    found.cells.push_back({static_cast<std::int32_t>(key & heights), begin + k});
     before = key;
   }
   const auto at = static_cast<std::ptrdiff_t>(begin);
@@ -300,12 +308,11 @@ inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::ui
 }
 
 inline cell_columns cell_sorter::sorted(const execution& how) {
-  find_lowest(how);
+  find_bounds(how);
   const std::vector<std::uint32_t> first = sort_into_rows(how);
-  const std::size_t rows = first.size() - 1;
-  std::vector<row_cells> of_row(rows);
+  std::vector<row_cells> of_row(rows_);
   parallel_for(
-      how, "cells", rows,
+      how, "cells", rows_,
       [&](std::size_t row) {
         of_row[row] = sort_row(first[row], first[row + 1], static_cast<std::int32_t>(row));
       },
@@ -338,7 +345,10 @@ inline namespace GLOBALMATCH_THREADING {
 /// `std::invalid_argument` when `width` is not positive. Points more than two million cells from the lowest
 /// share the outermost cells.
 inline cell_columns sort_into_cells(local_points points, double width, const execution& how = {}) {
-  return detail::cell_sorter(std::move(points), width).sorted(how);
+  const local_frame frame = points.frame;
+  std::vector<local_points> parts;
+  parts.push_back(std::move(points));
+  return detail::cell_sorter(std::move(parts), frame, width).sorted(how);
 }
 
 }  // namespace GLOBALMATCH_THREADING

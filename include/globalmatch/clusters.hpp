@@ -68,12 +68,15 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
                                     const execution& how = {}) {
   using cell_index = cell_columns::cell_index;
   detail::disjoint_sets sets(cells.cells());
-  const auto joins = [&](cell_index c) { return is_stem_cell(surfaces[c], options); };
+  std::vector<std::uint8_t> reach_of(cells.cells());  // 0: not of a stem
+  parallel_for(how, "clusters", cells.cells(), [&](std::size_t c) {
+    reach_of[c] = is_stem_cell(surfaces[c], options) ? surfaces[c].reach : std::uint8_t(0);
+  });
   const auto join_around = [&](std::size_t column, std::size_t first_column, std::size_t last_column,
                                column_window& window) {
     std::int32_t widest = 0;
     for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
-      if (joins(c)) widest = std::max(widest, std::int32_t(surfaces[c].reach));
+      widest = std::max(widest, std::int32_t(reach_of[c]));
     if (widest == 0) return;
     window.move_to(column);
     const auto& here = cells.column_at(column);
@@ -84,12 +87,12 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
       cell_index at = cells.cells_begin(other);
       const cell_index last = cells.cells_end(other);
       for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
-        const std::int32_t reach = surfaces[c].reach, height = cells[c].height;
+        const std::int32_t reach = reach_of[c], height = cells[c].height;
         // Cells of equal reach see each other: once is enough.
-        if (!joins(c) || away > reach || (reach == 1 && other < column)) continue;
+        if (reach == 0 || away > reach || (reach == 1 && other < column)) continue;
         while (at < last && cells[at].height < height - widest) ++at;
         for (cell_index o = at; o < last && cells[o].height <= height + reach; ++o)
-          if (cells[o].height >= height - reach && joins(o)) sets.join(c, o);
+          if (cells[o].height >= height - reach && reach_of[o] > 0) sets.join(c, o);
       }
     });
   };
@@ -117,7 +120,7 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   std::vector<std::size_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
   const auto count = [&](cell_index c) { return cells.points_end(c) - cells.points_begin(c); };
   for (cell_index c = 0; c < cells.cells(); ++c)
-    if (joins(c)) points_of[sets.find(c)] += count(c);
+    if (reach_of[c] > 0) points_of[sets.find(c)] += count(c);
   point_clusters clusters;
   for (cell_index c = 0; c < cells.cells(); ++c) {
     if (points_of[c] == 0 || points_of[c] < least_points) continue;
@@ -126,7 +129,7 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   }
   clusters.members.resize(clusters.first.back());
   for (cell_index c = 0; c < cells.cells(); ++c) {
-    if (!joins(c)) continue;
+    if (reach_of[c] == 0) continue;
     const point_index representative = sets.find(c);
     if (points_of[representative] < least_points) continue;
     for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)

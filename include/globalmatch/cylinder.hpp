@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -123,7 +124,9 @@ inline double surface_cost(const cylinder& c, std::span<const Eigen::Vector3d> p
 }
 
 /// Normal equations of the surface distances, linear in (shift along u, shift along v, tilt towards u, tilt
-/// towards v, radius, taper), over the points within `tolerance` of the surface.
+/// towards v, radius, taper), over the points within `tolerance` of the surface. The row of a point that lies
+/// in direction -(a, b) from the axis, `t` up along it, is (a, b, t a, t b, -1, t): all products of two are
+/// those of 1, a, b, a^2 and a b with powers of t. Summed in floats, of points near the axis, in lanes.
 struct cylinder_equations {
   using vector = Eigen::Matrix<double, 6, 1>;
   Eigen::Vector3d u, v;
@@ -133,25 +136,30 @@ struct cylinder_equations {
 
   cylinder_equations(const cylinder& c, std::span<const Eigen::Vector3d> points, double tolerance) {
     std::tie(u, v) = plane_across(c.axis);
-    double sums[21] = {}, rights[6] = {};  // of the upper triangle, row by row
-    for (const Eigen::Vector3d& p : points) {
-      const Eigen::Vector3d d = p - c.point;
-      const double along = c.axis.dot(d), du = u.dot(d), dv = v.dot(d);
-      const double distance = std::sqrt(du * du + dv * dv);
-      const double residual = distance - c.radius + c.taper * along;
-      if (!(std::abs(residual) < tolerance) || distance == 0) continue;
-      const double a = -du / distance, b = -dv / distance;
-      const double row[6] = {a, b, along * a, along * b, -1, along};
-      for (int i = 0, k = 0; i < 6; ++i) {
-        for (int j = i; j < 6; ++j, ++k) sums[k] += row[i] * row[j];
-        rights[i] -= row[i] * residual;
+    Eigen::Matrix3d across;
+    across << u.transpose(), v.transpose(), c.axis.transpose();
+    sums all;
+    for (std::size_t begin = 0; begin < points.size(); begin += lanes) {
+      float du[lanes], dv[lanes], t[lanes];
+      const std::size_t some = std::min(lanes, points.size() - begin);
+      for (std::size_t k = 0; k < some; ++k) {
+        const Eigen::Vector3f d = (across * (points[begin + k] - c.point)).cast<float>();
+        du[k] = d.x(), dv[k] = d.y(), t[k] = d.z();
       }
-      ++count;
+      for (std::size_t k = some; k < lanes; ++k) du[k] = dv[k] = t[k] = 0;  // on the axis: counted out
+      all.add(du, dv, t, float(c.radius), float(c.taper), float(tolerance));
     }
-    for (int i = 0, k = 0; i < 6; ++i) {
-      for (int j = i; j < 6; ++j, ++k) normal(i, j) = normal(j, i) = sums[k];
-      right(i) = rights[i];
-    }
+    const auto [n, n_a, n_b, n_aa, n_ab] = all.totals(all.weighted);
+    const auto [r, r_a, r_b] = all.totals(all.residuals);
+    Eigen::Matrix<double, 6, 6>& m = normal;
+    m.row(0) << n_aa[0], n_ab[0], n_aa[1], n_ab[1], -n_a[0], n_a[1];
+    m.row(1) << n_ab[0], n[0] - n_aa[0], n_ab[1], n[1] - n_aa[1], -n_b[0], n_b[1];
+    m.row(2) << n_aa[1], n_ab[1], n_aa[2], n_ab[2], -n_a[1], n_a[2];
+    m.row(3) << n_ab[1], n[1] - n_aa[1], n_ab[2], n[2] - n_aa[2], -n_b[1], n_b[2];
+    m.row(4) << -n_a[0], -n_b[0], -n_a[1], -n_b[1], n[0], -n[1];
+    m.row(5) << n_a[1], n_b[1], n_a[2], n_b[2], -n[1], n[2];
+    right << -r_a[0], -r_b[0], -r_a[1], -r_b[1], r[0], -r[1];
+    count = static_cast<std::size_t>(n[0]);
     constexpr double damping = 1e-6;  // a share of the points: keeps what they do not determine where it is
     normal.diagonal().array() += damping * double(count);
   }
@@ -162,6 +170,41 @@ struct cylinder_equations {
     normal(5, 5) += weight;
     right(5) += weight * (usual.value_or(0) - taper);
   }
+
+ private:
+  static constexpr std::size_t lanes = 16;
+  struct sums {
+    float weighted[5][3][lanes] = {};   // of 1, a, b, a^2, a b; times 1, t, t^2
+    float residuals[3][2][lanes] = {};  // of the residual times 1, a, b; times 1, t
+
+    void add(const float* du, const float* dv, const float* t, float radius, float taper, float tolerance) {
+      for (std::size_t k = 0; k < lanes; ++k) {
+        const float distance = std::sqrt(du[k] * du[k] + dv[k] * dv[k]);
+        const float residual = distance - radius + taper * t[k];
+        const float counts = std::abs(residual) < tolerance && distance > 0 ? 1.0f : 0.0f;
+        const float inverse = counts / std::max(distance, std::numeric_limits<float>::min());
+        const float a = -du[k] * inverse, b = -dv[k] * inverse;
+        const float terms[5] = {counts, a, b, a * a, a * b};
+        for (int i = 0; i < 5; ++i) {
+          weighted[i][0][k] += terms[i];
+          weighted[i][1][k] += terms[i] * t[k];
+          weighted[i][2][k] += terms[i] * t[k] * t[k];
+        }
+        for (int i = 0; i < 3; ++i) {
+          residuals[i][0][k] += terms[i] * residual;
+          residuals[i][1][k] += terms[i] * residual * t[k];
+        }
+      }
+    }
+    template <std::size_t Terms, std::size_t Powers>
+    static std::array<std::array<double, Powers>, Terms> totals(const float (&of)[Terms][Powers][lanes]) {
+      std::array<std::array<double, Powers>, Terms> result{};
+      for (std::size_t i = 0; i < Terms; ++i)
+        for (std::size_t p = 0; p < Powers; ++p)
+          for (std::size_t k = 0; k < lanes; ++k) result[i][p] += double(of[i][p][k]);
+      return result;
+    }
+  };
 };
 
 }  // namespace detail

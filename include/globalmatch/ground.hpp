@@ -120,6 +120,8 @@ struct plane_moments {
   }
 };
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Raster of moments, of square blocks.
 struct moment_raster {
   double width = 0;  ///< [m] of a block
@@ -138,18 +140,21 @@ struct moment_raster {
     return sums;
   }
   /// Blocks of twice the width, in the memory of another raster.
-  void halve_into(moment_raster& half) const {
+  void halve_into(moment_raster& half, const execution& how) const {
     half.width = 2 * width;
     half.columns = (columns + 1) / 2;
     half.rows = (rows + 1) / 2;
     half.blocks.assign(std::size_t(half.columns) * std::size_t(half.rows), {});
-    for (int r = 0; r < rows; ++r)
-      for (int c = 0; c < columns; ++c)
-        half.blocks[std::size_t(r / 2) * std::size_t(half.columns) + std::size_t(c / 2)] += block(c, r);
+    parallel_for(
+        how, "ground", std::size_t(half.rows),
+        [&](std::size_t row) {
+          plane_moments* sums = half.blocks.data() + row * std::size_t(half.columns);
+          for (int r = 2 * int(row); r < std::min(2 * int(row) + 2, rows); ++r)
+            for (int c = 0; c < columns; ++c) sums[c / 2] += block(c, r);
+        },
+        16);
   }
 };
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Planes through the points of the blocks around each block; where these are too few, of ever larger ones.
 /// Keeps its memory from one fit to the next.
@@ -171,7 +176,7 @@ class plane_pyramid {
     std::size_t top = 0;
     for (; scales_[top].raster.columns > 1 || scales_[top].raster.rows > 1; ++top) {
       if (scales_.size() == top + 1) scales_.emplace_back();
-      scales_[top].raster.halve_into(scales_[top + 1].raster);
+      scales_[top].raster.halve_into(scales_[top + 1].raster, how);
     }
     for (std::size_t s = top + 1; s-- > 0;)
       fit_scale(scales_[s], s < top ? &scales_[s + 1] : nullptr, reach, least, how);
@@ -263,12 +268,18 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
   const auto block = [&](int c, int r) { return std::size_t(r) * std::size_t(across) + std::size_t(c); };
   std::vector<Eigen::Vector3f> lowest_of(std::size_t(across) * std::size_t(along),
                                          Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  for (int r = 0; r < lowest.rows; ++r)
-    for (int c = 0; c < lowest.columns; ++c) {
-      const Eigen::Vector3f& p = lowest.points[lowest.cell(c, r)];
-      Eigen::Vector3f& kept = lowest_of[block(c / cells_a_block, r / cells_a_block)];
-      if (!std::isnan(p.z()) && !(kept.z() <= p.z())) kept = p;
-    }
+  parallel_for(
+      how, "ground", std::size_t(along),
+      [&](std::size_t row) {
+        const int begin = int(row) * cells_a_block, end = std::min(begin + cells_a_block, lowest.rows);
+        for (int r = begin; r < end; ++r)
+          for (int c = 0; c < lowest.columns; ++c) {
+            const Eigen::Vector3f& p = lowest.points[lowest.cell(c, r)];
+            Eigen::Vector3f& kept = lowest_of[block(c / cells_a_block, int(row))];
+            if (!std::isnan(p.z()) && !(kept.z() <= p.z())) kept = p;
+          }
+      },
+      16);
 
   // A block without a plane of its own takes that of larger blocks.
   std::vector<detail::local_plane> planes(lowest_of.size());
@@ -299,15 +310,75 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
 
   std::vector<float> heights(std::size_t(columns) * std::size_t(rows));
   constexpr int nodes_a_block = cells_a_block / detail::lowest_per_cloth_cell;
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      const int bc = c / nodes_a_block, br = r / nodes_a_block;
-      const double x = (c + 0.5) * 2 * lowest.resolution, y = (r + 0.5) * 2 * lowest.resolution;
-      heights[std::size_t(r) * std::size_t(columns) + std::size_t(c)] =
-          planes[block(bc, br)].at(float(x - (bc + 0.5) * width), float(y - (br + 0.5) * width));
-    }
+  parallel_for(
+      how, "ground", std::size_t(rows),
+      [&](std::size_t row) {
+        const int r = int(row);
+        for (int c = 0; c < columns; ++c) {
+          const int bc = c / nodes_a_block, br = r / nodes_a_block;
+          const double x = (c + 0.5) * 2 * lowest.resolution, y = (r + 0.5) * 2 * lowest.resolution;
+          heights[std::size_t(r) * std::size_t(columns) + std::size_t(c)] =
+              planes[block(bc, br)].at(float(x - (bc + 0.5) * width), float(y - (br + 0.5) * width));
+        }
+      },
+      16);
   return heights;
 }
+
+}  // namespace GLOBALMATCH_THREADING
+
+namespace detail {
+inline namespace GLOBALMATCH_THREADING {
+
+/// Hands the ground points to the terrain, node by node; `kept` counts them. False when there are none.
+inline bool collect_ground(const lowest_raster& lowest, const std::vector<std::uint8_t>& is_ground,
+                           const moment_raster& kept, terrain& result, const execution& how) {
+  result.first_ground.reserve(kept.blocks.size() + 1);
+  result.first_ground.push_back(0);
+  for (const plane_moments& node : kept.blocks)
+    result.first_ground.push_back(result.first_ground.back() + static_cast<std::uint32_t>(node.n));
+  result.ground.resize(result.first_ground.back());
+  parallel_for(
+      how, "ground", std::size_t(kept.rows),
+      [&](std::size_t row) {
+        for (int c = 0; c < kept.columns; ++c) {
+          std::uint32_t next = result.first_ground[result.node(c, int(row))];
+          for (int dr = 0; dr < lowest_per_cloth_cell; ++dr)
+            for (int dc = 0; dc < lowest_per_cloth_cell; ++dc) {
+              const std::size_t i =
+                  lowest.cell(c * lowest_per_cloth_cell + dc, int(row) * lowest_per_cloth_cell + dr);
+              if (is_ground[i]) result.ground[next++] = lowest.points[i];
+            }
+        }
+      },
+      16);
+  return !result.ground.empty();
+}
+
+/// Marks the nodes of a terrain that ground lies near, within `hole` nodes.
+inline void mark_data(const moment_raster& kept, int hole, terrain& result, const execution& how) {
+  const auto is_near = [&](int column, int row) {
+    if (kept.block(column, row).n > 0) return true;
+    for (int r = std::max(row - hole, 0); r <= std::min(row + hole, kept.rows - 1); ++r)
+      for (int c = std::max(column - hole, 0); c <= std::min(column + hole, kept.columns - 1); ++c)
+        if (kept.block(c, r).n > 0 && (r - row) * (r - row) + (c - column) * (c - column) <= hole * hole)
+          return true;
+    return false;
+  };
+  result.has_data.resize(kept.blocks.size());
+  parallel_for(
+      how, "ground", std::size_t(kept.rows),
+      [&](std::size_t row) {
+        for (int c = 0; c < kept.columns; ++c)
+          result.has_data[result.node(c, int(row))] = is_near(c, int(row)) ? 1 : 0;
+      },
+      16);
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
 
 /// Fits the terrain to the lowest points near a surface under the vegetation, `heights` at its nodes: planes
 /// through what lies around each node, once more without what stands out upwards; where too little lies
@@ -347,32 +418,13 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
        {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
     keep_near(above);
     const auto& planes = pyramid.fit(reach, least_points, how);
-    for (std::size_t i = 0; i < planes.size(); ++i)
+    parallel_for(how, "ground", planes.size(), [&](std::size_t i) {
       if (planes[i].known()) result.heights[i] = planes[i].height;
+    });
   }
-  const detail::moment_raster& counts = keep_near(roughness);
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      result.first_ground.push_back(static_cast<std::uint32_t>(result.ground.size()));
-      for (int dr = 0; dr < detail::lowest_per_cloth_cell; ++dr)
-        for (int dc = 0; dc < detail::lowest_per_cloth_cell; ++dc) {
-          const std::size_t i =
-              lowest.cell(c * detail::lowest_per_cloth_cell + dc, r * detail::lowest_per_cloth_cell + dr);
-          if (is_ground[i]) result.ground.push_back(lowest.points[i]);
-        }
-    }
-  result.first_ground.push_back(static_cast<std::uint32_t>(result.ground.size()));
-  if (result.ground.empty()) return {};
-  const int hole = int(options.hole_radius / result.resolution);
-  result.has_data.assign(result.heights.size(), 0);
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      if (counts.block(c, r).n == 0) continue;
-      for (int dr = std::max(r - hole, 0); dr <= std::min(r + hole, rows - 1); ++dr)
-        for (int dc = std::max(c - hole, 0); dc <= std::min(c + hole, columns - 1); ++dc)
-          if ((dr - r) * (dr - r) + (dc - c) * (dc - c) <= hole * hole)
-            result.has_data[result.node(dc, dr)] = 1;
-    }
+  const detail::moment_raster& kept = keep_near(roughness);
+  if (!detail::collect_ground(lowest, is_ground, kept, result, how)) return {};
+  detail::mark_data(kept, int(options.hole_radius / result.resolution), result, how);
   return result;
 }
 
@@ -391,8 +443,8 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
     model.funnel.ground_points = model.funnel.cells;  // no ground is looked for
     return model;
   }
-  model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth);
-  model.funnel.unreachable = remove_unreachable(lowest, options.steepest_slope, options.ground_band);
+  model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth, how);
+  model.funnel.unreachable = remove_unreachable(lowest, options.steepest_slope, options.ground_band, how);
 
   const int columns = lowest.columns / detail::lowest_per_cloth_cell;
   const int rows = lowest.rows / detail::lowest_per_cloth_cell;

@@ -248,8 +248,8 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
     detail::icp_pairs pairs;
     for (const detail::icp_surface& surface : surfaces)
       detail::pair_nearest(surface, result.target_from_source, origin, options, how, pairs);
-    const auto count = std::size_t(std::count_if(pairs.weights.begin(), pairs.weights.end(),
-                                                 [](double weight) { return weight > 0; }));
+    const auto count = std::size_t(
+        std::count_if(pairs.weights.begin(), pairs.weights.end(), [](double weight) { return weight > 0; }));
     if (count < 6) return result;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     double squares = 0, weights = 0;
@@ -259,8 +259,8 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
                                             : (pairs.moved[i] - pairs.target[i]).squaredNorm());
       weights += pairs.weights[i];
     }
-    const auto motion = planes ? detail::plane_step(pairs, center, dof)
-                               : fit_transform(pairs.moved, pairs.target, dof);
+    const auto motion =
+        planes ? detail::plane_step(pairs, center, dof) : fit_transform(pairs.moved, pairs.target, dof);
     if (!motion) return result;
     result.target_from_source =
         Eigen::Translation3d(origin) * *motion * Eigen::Translation3d(-origin) * result.target_from_source;

@@ -152,6 +152,13 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   return skipped;
 }
 
+namespace detail {
+
+constexpr std::size_t points_a_chunk = std::size_t(1)
+                                       << 14;  // of a scan: what is kept of them stays in a cache
+
+}  // namespace detail
+
 inline namespace GLOBALMATCH_THREADING {
 
 /// One forward pass over a scan in chunks: `read(chunk, visit_points)` is called once for each, in parallel
@@ -161,7 +168,7 @@ inline namespace GLOBALMATCH_THREADING {
 template <point_range R, class Prepare, class Read>
 void read_in_chunks(const R& scan, const execution& how, std::string_view stage, const Prepare& prepare,
                     const Read& read) {
-  constexpr std::size_t chunk_size = std::size_t(1) << 16;
+  constexpr std::size_t chunk_size = detail::points_a_chunk;
   const auto count = static_cast<std::size_t>(std::ranges::distance(scan));
   if (count > std::numeric_limits<point_index>::max()) detail::refuse_size();
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
@@ -193,6 +200,34 @@ void read_in_chunks(const R& scan, const execution& how, std::string_view stage,
 }
 
 }  // namespace GLOBALMATCH_THREADING
+
+namespace detail {
+inline namespace GLOBALMATCH_THREADING {
+
+/// Parts of one set of points put together, in their order. Takes them.
+inline local_points join_parts(std::vector<local_points> parts, const local_frame& frame,
+                               std::string_view stage, const execution& how) {
+  std::vector<std::size_t> first(parts.size() + 1, 0);
+  for (std::size_t k = 0; k < parts.size(); ++k) first[k + 1] = first[k] + parts[k].size();
+  local_points all;
+  all.frame = frame;
+  all.resize(first.back());
+  parallel_for(
+      how, stage, parts.size(),
+      [&](std::size_t k) {
+        const auto at = static_cast<std::ptrdiff_t>(first[k]);
+        std::copy(parts[k].x.begin(), parts[k].x.end(), all.x.begin() + at);
+        std::copy(parts[k].y.begin(), parts[k].y.end(), all.y.begin() + at);
+        std::copy(parts[k].z.begin(), parts[k].z.end(), all.z.begin() + at);
+        std::copy(parts[k].index.begin(), parts[k].index.end(), all.index.begin() + at);
+        parts[k] = {};
+      },
+      1);
+  return all;
+}
+
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
 
 /// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
 /// far from it floats are coarse and the first point may be an outlier.

@@ -63,8 +63,14 @@ class tiled_minima {
     /// Equally low points are told apart by their place, so that the order of points does not matter.
     bool operator<(const lowest& o) const { return std::tie(z, x, y) < std::tie(o.z, o.x, o.y); }
   };
-  using tile = std::array<lowest, tile_cells * tile_cells>;  // row by row
-  using key = std::pair<std::int64_t, std::int64_t>;         // (row, column) of the tile
+  static constexpr std::size_t cells_a_tile = tile_cells * tile_cells;
+  /// Cells row by row.
+  struct tile {
+    std::array<lowest, cells_a_tile> cells;
+    std::array<float, cells_a_tile> rounded;  // their heights: most points are told by these
+    tile() { rounded.fill(std::numeric_limits<float>::infinity()); }
+  };
+  using key = std::pair<std::int64_t, std::int64_t>;  // (row, column) of the tile
 
   explicit tiled_minima(double resolution)
       : per_cell_(1 / resolution), tile_size_(resolution * tile_cells), near_(near_tiles * near_tiles) {}
@@ -78,24 +84,15 @@ class tiled_minima {
   bool add(const Eigen::Vector3d& p) {
     constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
     const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
-    if (gx >= 0 && gx < all && gy >= 0 && gy < all && std::abs(p.z()) < beyond_any_plot) {
-      const auto c = static_cast<unsigned>(static_cast<int>(gx)),
-                 r = static_cast<unsigned>(static_cast<int>(gy));
-      const unsigned column = c / tile_cells, row = r / tile_cells;
-      const std::int64_t tile_row = std::int64_t(row) - near_tiles / 2;
-      const std::int64_t tile_column = std::int64_t(column) - near_tiles / 2;
-      tile*& found = near_[row * near_tiles + column];
-      if (found == nullptr) found = &tile_at({tile_row, tile_column});
-      keep((*found)[r % tile_cells * tile_cells + c % tile_cells], p, tile_row, tile_column);
-      return true;
-    }
-    if (!within_reach(p)) return false;
-    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
-    const auto cell = [&](double v, std::int64_t t) {
-      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
-    };
-    keep(tile_at(k)[std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second))], p, k.first,
-         k.second);
+    if (!(gx >= 0 && gx < all && gy >= 0 && gy < all && std::abs(p.z()) < beyond_any_plot)) return add_far(p);
+    const auto c = static_cast<unsigned>(static_cast<int>(gx)),
+               r = static_cast<unsigned>(static_cast<int>(gy));
+    const unsigned column = c / tile_cells, row = r / tile_cells;
+    tile*& found = near_[row * near_tiles + column];
+    const key k{std::int64_t(row) - near_tiles / 2, std::int64_t(column) - near_tiles / 2};
+    if (found == nullptr) found = &tile_at(k);
+    const std::size_t cell = r % tile_cells * tile_cells + c % tile_cells;
+    if (float(p.z()) <= found->rounded[cell]) keep(*found, cell, p, k);
     return true;
   }
 
@@ -103,13 +100,14 @@ class tiled_minima {
   void merge(const tiled_minima& other) {
     for (const auto& [k, theirs] : other.tiles_) {
       tile& ours = tile_at(k);
-      for (std::size_t i = 0; i < ours.size(); ++i)
-        if ((*theirs)[i] < ours[i]) ours[i] = (*theirs)[i];
+      for (std::size_t i = 0; i < cells_a_tile; ++i)
+        if (theirs->cells[i] < ours.cells[i]) ours.cells[i] = theirs->cells[i];
     }
   }
 
-  static std::size_t occupied(const tile& cells) {
-    return std::size_t(std::count_if(cells.begin(), cells.end(), [](const lowest& c) { return !c.empty(); }));
+  static std::size_t occupied(const tile& t) {
+    return std::size_t(
+        std::count_if(t.cells.begin(), t.cells.end(), [](const lowest& c) { return !c.empty(); }));
   }
 
   /// The group of adjoining tiles that holds most cells: what the scan is of.
@@ -147,11 +145,21 @@ class tiled_minima {
     if (!found) found = std::make_unique<tile>();
     return *found;
   }
-  void keep(lowest& kept, const Eigen::Vector3d& p, std::int64_t row, std::int64_t column) const {
-    if (p.z() > kept.z) return;
-    const lowest candidate{p.z(), float(p.x() - double(column) * tile_size_),
-                           float(p.y() - double(row) * tile_size_)};
-    if (candidate < kept) kept = candidate;
+  void keep(tile& t, std::size_t cell, const Eigen::Vector3d& p, const key& k) const {
+    const lowest candidate{p.z(), float(p.x() - double(k.second) * tile_size_),
+                           float(p.y() - double(k.first) * tile_size_)};
+    if (!(candidate < t.cells[cell])) return;
+    t.cells[cell] = candidate;
+    t.rounded[cell] = float(p.z());
+  }
+  bool add_far(const Eigen::Vector3d& p) {
+    if (!within_reach(p)) return false;
+    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
+    const auto cell = [&](double v, std::int64_t t) {
+      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
+    };
+    keep(tile_at(k), std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second)), p, k);
+    return true;
   }
 
   double per_cell_, tile_size_;
@@ -226,7 +234,7 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
     column_low = std::min(column_low, k.second), column_high = std::max(column_high, k.second);
     const auto& tile = *minima.tiles().at(k);
     funnel.cells += tiled_minima::occupied(tile);
-    heights.push_back(std::min_element(tile.begin(), tile.end())->z);
+    heights.push_back(std::min_element(tile.cells.begin(), tile.cells.end())->z);
   }
   for (const auto& entry : minima.tiles()) funnel.cells_apart += tiled_minima::occupied(*entry.second);
   funnel.cells_apart -= funnel.cells;
@@ -242,19 +250,23 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   raster.rows = int(row_high - row_low + 1) * tiled_minima::tile_cells;
   raster.points.assign(std::size_t(raster.columns) * std::size_t(raster.rows),
                        Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
-  for (const auto& k : group) {
-    const auto& tile = *minima.tiles().at(k);
-    const Eigen::Vector3d tile_corner(double(k.second - column_low) * minima.tile_size(),
-                                      double(k.first - row_low) * minima.tile_size(), -corner.z());
-    for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
-      const auto& lowest = tile[std::size_t(i)];
-      if (lowest.empty()) continue;
-      const int r = int(k.first - row_low) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
-      const int c = int(k.second - column_low) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
-      raster.points[raster.cell(c, r)] =
-          (tile_corner + Eigen::Vector3d(lowest.x, lowest.y, lowest.z)).cast<float>();
-    }
-  }
+  parallel_for(
+      how, "ground", group.size(),
+      [&](std::size_t g) {
+        const tiled_minima::key& k = group[g];
+        const auto& tile = *minima.tiles().at(k);
+        const Eigen::Vector3d tile_corner(double(k.second - column_low) * minima.tile_size(),
+                                          double(k.first - row_low) * minima.tile_size(), -corner.z());
+        for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
+          const auto& lowest = tile.cells[std::size_t(i)];
+          if (lowest.empty()) continue;
+          const int r = int(k.first - row_low) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
+          const int c = int(k.second - column_low) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
+          raster.points[raster.cell(c, r)] =
+              (tile_corner + Eigen::Vector3d(lowest.x, lowest.y, lowest.z)).cast<float>();
+        }
+      },
+      16);
   return raster;
 }
 
@@ -281,40 +293,60 @@ constexpr int least_around = 4;
 
 }  // namespace detail
 
+inline namespace GLOBALMATCH_THREADING {
+
 /// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
 /// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
 /// many.
-inline std::size_t remove_low_outliers(lowest_raster& raster, double depth) {
-  std::vector<std::size_t> outliers;
-  for (int r = 0; r < raster.rows; ++r)
-    for (int c = 0; c < raster.columns; ++c) {
-      if (!raster.holds(c, r)) continue;
-      const double z = raster.points[raster.cell(c, r)].z();
-      const auto any = [](float) { return true; };
-      const auto near = [&](float other) { return other < z + depth; };
-      if (!detail::are_around(raster, c, r, 2, near) &&
-          detail::are_around(raster, c, r, detail::least_around, any))
-        outliers.push_back(raster.cell(c, r));
+inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, const execution& how = {}) {
+  std::vector<std::vector<std::size_t>> outliers(static_cast<std::size_t>(raster.rows));
+  parallel_for(
+      how, "ground", outliers.size(),
+      [&](std::size_t row) {
+        const int r = int(row);
+        for (int c = 0; c < raster.columns; ++c) {
+          if (!raster.holds(c, r)) continue;
+          const double z = raster.points[raster.cell(c, r)].z();
+          const auto any = [](float) { return true; };
+          const auto near = [&](float other) { return other < z + depth; };
+          if (!detail::are_around(raster, c, r, 2, near) &&
+              detail::are_around(raster, c, r, detail::least_around, any))
+            outliers[row].push_back(raster.cell(c, r));
+        }
+      },
+      16);
+  std::size_t removed = 0;
+  for (const auto& of_row : outliers)
+    for (const std::size_t i : of_row) {
+      raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
+      ++removed;
     }
-  for (const std::size_t i : outliers) raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
-  return outliers.size();
+  return removed;
 }
 
+}  // namespace GLOBALMATCH_THREADING
+
 namespace detail {
+inline namespace GLOBALMATCH_THREADING {
 
 /// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
 /// where no point proves ground. A border of one cell lies around.
 class ground_reach {
  public:
-  ground_reach(const lowest_raster& raster, double slope)
+  ground_reach(const lowest_raster& raster, double slope, const execution& how)
       : columns_(raster.columns),
         straight_(float(slope * raster.resolution)),
         heights_(std::size_t(raster.columns + 2) * std::size_t(raster.rows + 2), unbounded) {
     const auto any = [](float) { return true; };
-    for (int r = 0; r < raster.rows; ++r)
-      for (int c = 0; c < columns_; ++c)
-        if (raster.holds(c, r) && are_around(raster, c, r, least_around, any))
-          row(r)[c] = raster.points[raster.cell(c, r)].z();
+    parallel_for(
+        how, "ground", std::size_t(raster.rows),
+        [&](std::size_t of) {
+          const int r = int(of);
+          for (int c = 0; c < columns_; ++c)
+            if (raster.holds(c, r) && are_around(raster, c, r, least_around, any))
+              row(r)[c] = raster.points[raster.cell(c, r)].z();
+        },
+        16);
     for (int r = 0; r < raster.rows; ++r) {
       float* here = row(r);
       rise_from(row(r - 1), here);
@@ -348,14 +380,18 @@ class ground_reach {
   std::vector<float> heights_;
 };
 
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
 
 /// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
 /// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
 /// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
 /// ground. Returns how many. Cost: linear in the cells.
-inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step) {
-  const detail::ground_reach reach(raster, slope);
+inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step,
+                                      const execution& how = {}) {
+  const detail::ground_reach reach(raster, slope, how);
   std::size_t removed = 0;
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c)
@@ -366,4 +402,5 @@ inline std::size_t remove_unreachable(lowest_raster& raster, double slope, doubl
   return removed;
 }
 
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

@@ -72,8 +72,19 @@ inline std::string where_stems_were_lost(const stem_map& source, const stem_map&
   return "";
 }
 
+/// Which of the scans were not level, for the reason of the verdict; empty where both were, or the motion is
+/// free to tilt.
+inline std::string what_stands_askew(const stem_map& source, const stem_map& target, degrees_of_freedom dof) {
+  std::string remark;
+  if (dof == degrees_of_freedom::six) return remark;
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (is_askew(*map)) remark += std::string(". The stems of ") + name + " " + how_askew(*map);
+  return remark;
+}
+
 /// From the frame of the scan to the levelled one of its map.
-inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points, const stem_map& map) {
+inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points,
+                                             const stem_map& map) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(points.size());
   for (const Eigen::Vector3d& p : points) local.push_back(map.terrain.frame.to_local(p));
@@ -133,6 +144,8 @@ inline registration register_maps(const stem_map& source, const stem_map& target
     const auto least = std::size_t(options.matching.verdict.least_correspondences);
     if (std::min(source.stems.size(), target.stems.size()) < least)
       result.matching.reason += detail::where_stems_were_lost(source, target, least);
+    if (result.outcome != outcome::registered)
+      result.matching.reason += detail::what_stands_askew(source, target, options.matching.dof);
     result.reason = result.matching.reason;
     result.target_from_source = result.matching.target_from_source;
     if (result.outcome == outcome::registered && options.icp.metric != icp_metric::none) {

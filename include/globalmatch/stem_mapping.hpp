@@ -4,11 +4,14 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,6 +27,7 @@
 #include "globalmatch/stem_positions.hpp"
 #include "globalmatch/stem_taper.hpp"
 #include "globalmatch/understory.hpp"
+#include "globalmatch/upright.hpp"
 #include "globalmatch/verticality.hpp"
 #include "globalmatch/voxel_grid.hpp"
 
@@ -45,6 +49,9 @@ struct mapping_options {
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
+  /// Map once more with `up` as the stems tell it: for scanners that were not levelled, where heights and
+  /// 4-DoF should be about the true vertical. Stems are found without it as well, up to 15 degrees (ours).
+  bool up_by_stems = false;
 };
 
 /// How many points and finds each step left.
@@ -88,6 +95,7 @@ struct stem_map {
   std::vector<stem> stems;                        ///< ordered by position, frame of the scan
   globalmatch::terrain terrain;                   ///< heights, local frame
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, frame of the scan
+  std::optional<upright_direction> upright;       ///< how the stems stand, frame of the scan
   double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together
   double spacing_far = 0;         ///< [m] a tenth are wider apart
   double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
@@ -152,9 +160,10 @@ struct stem_points {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Stem points by the surfaces through cells.
-inline stem_points stem_points_by_cells(local_points understory, const mapping_options& options,
+inline stem_points stem_points_by_cells(std::vector<local_points> understory, const mapping_options& options,
                                         stem_map& map, const execution& how) {
-  stem_points found{sort_into_cells(std::move(understory), cell_width, how), {}, {}};
+  const local_frame& frame = map.terrain.frame;
+  stem_points found{cell_sorter(std::move(understory), frame, cell_width).sorted(how), {}, {}};
   const auto surfaces = estimate_surfaces(found.understory, options.verticality, how);
   found.clusters = cluster_cells(found.understory, surfaces, options.verticality,
                                  std::size_t(options.stems.least_points), how);
@@ -234,6 +243,13 @@ inline void collect_samples(const std::vector<stem_cylinder>& stems, const local
 }  // namespace detail
 
 namespace detail {
+
+inline std::vector<Eigen::Vector3d> axes_of(const std::vector<stem>& stems) {
+  std::vector<Eigen::Vector3d> axes;
+  for (const stem& s : stems) axes.push_back(s.axis);
+  return axes;
+}
+
 inline namespace GLOBALMATCH_THREADING {
 
 template <point_range R>
@@ -248,13 +264,15 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   map.terrain = std::move(ground.terrain);
 
   // Understory layer
-  local_points layer = select_understory(scan, map.terrain, options.understory, how);
-  map.funnel.understory = layer.size();
+  auto layer = select_understory_parts(scan, map.terrain, options.understory, how);
+  for (const local_points& part : layer) map.funnel.understory += part.size();
 
   // Stem points, by verticality, in clusters
-  const stem_points vertical = options.rule == stem_point_rule::cells
-                                   ? stem_points_by_cells(std::move(layer), options, map, how)
-                                   : stem_points_by_points(layer, options, map, how);
+  const stem_points vertical =
+      options.rule == stem_point_rule::cells
+          ? stem_points_by_cells(std::move(layer), options, map, how)
+          : stem_points_by_points(join_parts(std::move(layer), map.terrain.frame, "understory", how), options,
+                                  map, how);
   const local_points& understory = vertical.understory.points();
   map.funnel.clusters = vertical.clusters.size();
 
@@ -270,6 +288,7 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
                           how);
   map.stems = locate_stems(stems, understory, map.terrain, how);
   map.funnel.stems = map.stems.size();
+  map.upright = upright_of(axes_of(map.stems));
   collect_samples(stems, understory, map, how);
   return map;
 }
@@ -279,15 +298,32 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
 
 inline namespace GLOBALMATCH_THREADING {
 
+/// Whether the scan was clearly not level: its stems stand askew to the `up` that it was mapped with. A
+/// motion of four degrees of freedom is then worth little.
+inline bool is_askew(const stem_map& map) {
+  return map.upright && is_askew(*map.upright, map.up);
+}
+
+/// What of it, for people: "stand 8.1 degrees off the vertical: ...", with the remedies.
+inline std::string how_askew(const stem_map& map) {
+  const int tenths = int(std::lround(angle_between(map.upright->up, map.up) * 1800 / std::numbers::pi));
+  return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
+         " degrees off the vertical: if the scan was not level, let it turn freely (dof 6) or take the "
+         "vertical from the stems (up_by_stems)";
+}
+
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
-/// are read in two forward passes. No stems is an answer: the funnel then tells where they were lost. Throws
-/// `std::invalid_argument` naming a bad option. Cost: linear in the points, n log n in the understory.
+/// are read in two forward passes, in four with `up_by_stems`. No stems is an answer: the funnel then tells
+/// where they were lost. Throws `std::invalid_argument` naming a bad option. Cost: linear in the points, n
+/// log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {},
                    const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
   try {
-    return detail::map_stems(scan, options, up, how);
+    stem_map map = detail::map_stems(scan, options, up, how);
+    if (options.up_by_stems && map.upright) map = detail::map_stems(scan, options, map.upright->up, how);
+    return map;
   } catch (const operation_cancelled&) {
     stem_map map;
     map.cancelled = true;

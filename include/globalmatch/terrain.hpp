@@ -36,7 +36,7 @@ class terrain {
 
   /// Height at (x, y), bilinear between nodes, also where no ground was seen. Requires `covers(x, y)`.
   double interpolated_height(double x, double y) const {
-    const double gx = x / resolution - 0.5, gy = y / resolution - 0.5;
+    const double per_node = 1 / resolution, gx = x * per_node - 0.5, gy = y * per_node - 0.5;
     const int c = std::clamp(static_cast<int>(gx), 0, std::max(columns - 2, 0));
     const int r = std::clamp(static_cast<int>(gy), 0, std::max(rows - 2, 0));
     const double u = gx - c, v = gy - r;

@@ -32,13 +32,14 @@ inline void require_valid(const understory_options& options) {
 namespace detail {
 
 /// The heights between which each cell of a terrain raster may hold understory points: most points are told
-/// by these, without interpolation.
+/// by these, without interpolation. A border of one cell lies around, for the points beyond.
 class layer_limits {
  public:
-  layer_limits(const terrain& ground, const understory_options& options) : ground_(ground) {
-    limits_.resize(ground.heights.size());
-    for (int r = 0; r < ground.rows; ++r)
-      for (int c = 0; c < ground.columns; ++c) {
+  layer_limits(const terrain& ground, const understory_options& options)
+      : per_cell_(1 / ground.resolution), last_column_(ground.columns + 1), last_row_(ground.rows + 1) {
+    limits_.reserve(std::size_t(last_column_ + 1) * std::size_t(last_row_ + 1));
+    for (int r = -1; r <= ground.rows; ++r)
+      for (int c = -1; c <= ground.columns; ++c) {
         limits l{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
         for (int dr = -1; dr <= 1; ++dr)  // heights in a cell lie between those of the nodes around
           for (int dc = -1; dc <= 1; ++dc) {
@@ -48,29 +49,92 @@ class layer_limits {
             l.highest = std::max(l.highest, ground.heights[node]);
           }
         constexpr float rounding = 0.001f;  // [m]
-        l.lowest += float(options.lowest) - rounding;
-        l.highest += float(options.highest) + rounding;
-        limits_[ground.node(c, r)] = l;
+        limits_.push_back(
+            {l.lowest + float(options.lowest) - rounding, l.highest + float(options.highest) + rounding});
       }
   }
 
-  /// False where (x, y, z) is certainly not between the limits. Requires that the terrain covers (x, y).
-  bool may_hold(double x, double y, double z) const {
-    const double per_cell = 1 / ground_.resolution;
-    const int c = std::min(static_cast<int>(x * per_cell), ground_.columns - 1);
-    const int r = std::min(static_cast<int>(y * per_cell), ground_.rows - 1);
-    const limits& l = limits_[ground_.node(c, r)];
-    return z >= l.lowest && z <= l.highest;
+  /// False where (x, y, z) is certainly not between the limits.
+  bool may_hold(double x, double y, float z) const {
+    const int c = number(x, last_column_), r = number(y, last_row_);
+    const limits& l = limits_[std::size_t(r) * std::size_t(last_column_ + 1) + std::size_t(c)];
+    return (z >= l.lowest) & (z <= l.highest);
   }
 
  private:
   struct limits {
     float lowest, highest;
   };
-  const terrain& ground_;
+  int number(double v, double last) const {
+    return static_cast<int>(std::min(std::max(v * per_cell_ + 1, 0.0), last));
+  }
+
+  double per_cell_;
+  int last_column_, last_row_;
   std::vector<limits> limits_;
 };
 
+/// Points that are kept as they come, in memory for as many as there may be. Whether one is kept is told
+/// after it is written: nothing is branched on.
+class kept_points {
+ public:
+  explicit kept_points(std::size_t most) : x_(most), y_(most), z_(most), index_(most) {}
+
+  void add(const Eigen::Vector3f& p, point_index i, bool keep) {
+    x_[count_] = p.x(), y_[count_] = p.y(), z_[count_] = p.z();
+    index_[count_] = i;
+    count_ += keep;
+  }
+  /// Of these again those such that `keep(x, y, z)`.
+  template <class Keep>
+  void filter(const Keep& keep) {
+    const std::size_t all = std::exchange(count_, 0);
+    for (std::size_t k = 0; k < all; ++k) add({x_[k], y_[k], z_[k]}, index_[k], keep(x_[k], y_[k], z_[k]));
+  }
+  void copy_to(local_points& points) const {
+    const auto count = static_cast<std::ptrdiff_t>(count_);
+    points.x.assign(x_.begin(), x_.begin() + count);
+    points.y.assign(y_.begin(), y_.begin() + count);
+    points.z.assign(z_.begin(), z_.begin() + count);
+    points.index.assign(index_.begin(), index_.begin() + count);
+  }
+
+ private:
+  unset_vector<float> x_, y_, z_;
+  unset_vector<point_index> index_;
+  std::size_t count_ = 0;
+};
+
+inline namespace GLOBALMATCH_THREADING {
+
+/// `select_understory` in parts, one for each chunk of the scan.
+template <point_range R>
+std::vector<local_points> select_understory_parts(const R& scan, const terrain& ground,
+                                                  const understory_options& options, const execution& how) {
+  require_valid(options);
+  std::vector<local_points> parts;
+  if (ground.empty()) return parts;
+  const layer_limits limits(ground, options);
+  read_in_chunks(
+      scan, how, "understory", [&](std::size_t chunks) { parts.resize(chunks); },
+      [&](std::size_t chunk, const auto& visit_points) {
+        kept_points kept(points_a_chunk);
+        visit_points([&](const Eigen::Vector3d& p, point_index i) {
+          const Eigen::Vector3d local = ground.frame.to_local(p);
+          const Eigen::Vector3f rounded = local.cast<float>();
+          kept.add(rounded, i, limits.may_hold(local.x(), local.y(), rounded.z()));
+        });
+        kept.filter([&](float x, float y, float z) {
+          if (!ground.covers(x, y)) return false;
+          const double height = z - ground.interpolated_height(x, y);
+          return height >= options.lowest && height <= options.highest;
+        });
+        kept.copy_to(parts[chunk]);
+      });
+  return parts;
+}
+
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -80,42 +144,8 @@ inline namespace GLOBALMATCH_THREADING {
 template <point_range R>
 local_points select_understory(const R& scan, const terrain& ground, const understory_options& options = {},
                                const execution& how = {}) {
-  require_valid(options);
-  local_points understory;
-  understory.frame = ground.frame;
-  if (ground.empty()) return understory;
-  const detail::layer_limits limits(ground, options);
-  std::vector<local_points> parts;
-  read_in_chunks(
-      scan, how, "understory", [&](std::size_t chunks) { parts.resize(chunks); },
-      [&](std::size_t chunk, const auto& visit_points) {
-        constexpr std::size_t usual = 16384;  // points of a chunk in the layer
-        local_points part;
-        part.reserve(usual);
-        visit_points([&](const Eigen::Vector3d& p, point_index i) {
-          const Eigen::Vector3d local = ground.frame.to_local(p);
-          if (!ground.covers(local.x(), local.y()) || !limits.may_hold(local.x(), local.y(), local.z()))
-            return;
-          const double height = local.z() - ground.interpolated_height(local.x(), local.y());
-          if (height >= options.lowest && height <= options.highest) part.push_back(local.cast<float>(), i);
-        });
-        parts[chunk] = std::move(part);
-      });
-  std::vector<std::size_t> first(parts.size() + 1, 0);
-  for (std::size_t k = 0; k < parts.size(); ++k) first[k + 1] = first[k] + parts[k].size();
-  understory.resize(first.back());
-  parallel_for(
-      how, "understory", parts.size(),
-      [&](std::size_t k) {
-        const auto at = static_cast<std::ptrdiff_t>(first[k]);
-        std::copy(parts[k].x.begin(), parts[k].x.end(), understory.x.begin() + at);
-        std::copy(parts[k].y.begin(), parts[k].y.end(), understory.y.begin() + at);
-        std::copy(parts[k].z.begin(), parts[k].z.end(), understory.z.begin() + at);
-        std::copy(parts[k].index.begin(), parts[k].index.end(), understory.index.begin() + at);
-        parts[k] = {};
-      },
-      1);
-  return understory;
+  return detail::join_parts(detail::select_understory_parts(scan, ground, options, how), ground.frame,
+                            "understory", how);
 }
 
 }  // namespace GLOBALMATCH_THREADING

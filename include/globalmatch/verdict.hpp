@@ -99,7 +99,8 @@ inline evidence evidence_of(std::span<const hypothesis> hypotheses) {
 /// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
 /// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
 inline double probability_of(std::span<const hypothesis> hypotheses, const verdict_options& options = {}) {
-  constexpr double constant = -3.91, by_alarms = -0.094, by_lead = 1.24, by_pairs = 0.773, not_ruled_out = 0.99;
+  constexpr double constant = -3.91, by_alarms = -0.094, by_lead = 1.24, by_pairs = 0.773,
+                   not_ruled_out = 0.99;
   const evidence e = evidence_of(hypotheses);
   if (e.pairs < options.least_correspondences) return 0;
   const double odds =

@@ -162,6 +162,48 @@ struct moments {
   }
 };
 
+/// Sums over a column of cells and those around it, height by height: a cell then adds up a few heights, not
+/// all of its neighbours. For cells of some rows; refers to them.
+class sums_by_height {
+ public:
+  sums_by_height(const cell_columns& cells, std::size_t first_row, std::size_t last_row)
+      : cells_(cells), first_(cells.cells_begin(cells.columns_begin(first_row))) {
+    const cell_columns::cell_index last = cells.cells_begin(cells.columns_begin(last_row));
+    of_cell_.resize(last - first_);
+    const local_points& points = cells.points();
+    for (cell_columns::cell_index c = first_; c < last; ++c)
+      for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
+        of_cell_[c - first_].add(points.x[p], points.y[p], points.z[p]);
+  }
+
+  /// Of the columns within `reach` cells, for cells between two heights.
+  void gather(const column_window& window, std::int32_t reach, std::int32_t lowest, std::int32_t highest) {
+    reach_ = reach;
+    lowest_ = lowest - reach;
+    sums_.assign(std::size_t(highest + reach - lowest_ + 1), {});
+    window.for_each_within(reach, [&](std::size_t column) {
+      cell_columns::cell_index c = cells_.cells_begin(column);
+      const cell_columns::cell_index end = cells_.cells_end(column);
+      while (c < end && cells_[c].height < lowest_) ++c;
+      for (; c < end && cells_[c].height <= highest + reach; ++c)
+        sums_[std::size_t(cells_[c].height - lowest_)] += of_cell_[c - first_];
+    });
+  }
+  /// Over the heights within reach of one.
+  moments around(std::int32_t height) const {
+    moments sum;
+    for (std::int32_t h = height - reach_; h <= height + reach_; ++h) sum += sums_[std::size_t(h - lowest_)];
+    return sum;
+  }
+
+ private:
+  const cell_columns& cells_;
+  cell_columns::cell_index first_;
+  std::vector<moments> of_cell_;
+  std::int32_t reach_ = 0, lowest_ = 0;
+  std::vector<moments> sums_;
+};
+
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -175,50 +217,35 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
   require_valid(options);
   using cell_index = cell_columns::cell_index;
   constexpr std::int32_t widest = column_window::widest;
-  const local_points& points = cells.points();
-  std::vector<detail::moments> of_cell(cells.cells());
+  constexpr std::size_t rows_a_block = 32;
   std::vector<cell_surface> surfaces(cells.cells());
-  parallel_for(how, "verticality", cells.cells(), [&](std::size_t i) {
-    const auto c = static_cast<cell_index>(i);
-    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
-      of_cell[i].add(points.x[p], points.y[p], points.z[p]);
-  });
-  parallel_chunks(how, "verticality", cells.columns(), 256, [&](std::size_t begin, std::size_t end) {
-    struct run {
-      cell_index from, to, last;  // cells of a column, and where it ends
-    };
-    std::vector<run> runs;
+  parallel_chunks(how, "verticality", cells.rows(), rows_a_block, [&](std::size_t begin, std::size_t end) {
     column_window window(cells);
-    for (std::size_t column = begin; column < end; ++column) {
+    detail::sums_by_height sums(cells, begin - std::min(begin, std::size_t(widest)),
+                                std::min(end + std::size_t(widest), cells.rows()));
+    for (std::size_t column = cells.columns_begin(begin); column < cells.columns_end(end - 1); ++column) {
       window.move_to(column);
-      bool all_known = false;
-      for (std::int32_t reach = 1; reach <= widest && !all_known; ++reach) {
-        runs.clear();
-        window.for_each_within(reach, [&](std::size_t other) {
-          const cell_index first = cells.cells_begin(other);
-          runs.push_back({first, first, cells.cells_end(other)});
-        });
-        const auto least = std::uint32_t(reach == widest ? 4 : options.least_neighbors);
-        all_known = true;
-        for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
-          if (surfaces[c].reach != 0) continue;
-          const std::int32_t height = cells[c].height;
-          std::uint32_t count = 0;
-          for (run& r : runs) {
-            while (r.from < r.last && cells[r.from].height < height - reach) ++r.from;
-            while (r.to < r.last && cells[r.to].height <= height + reach) ++r.to;
-            if (r.from < r.to) count += cells.points_begin(r.to) - cells.points_begin(r.from);
+      cell_index next = cells.cells_begin(column);
+      while (next < cells.cells_end(column)) {
+        const cell_index first = next++;  // of a stack of cells
+        while (next < cells.cells_end(column) && cells[next].height - cells[next - 1].height <= widest)
+          ++next;
+        bool all_known = false;
+        for (std::int32_t reach = 1; reach <= widest && !all_known; ++reach) {
+          sums.gather(window, reach, cells[first].height, cells[next - 1].height);
+          const double least = reach == widest ? 4 : options.least_neighbors;
+          all_known = true;
+          for (cell_index c = first; c < next; ++c) {
+            if (surfaces[c].reach != 0) continue;
+            const detail::moments sum = sums.around(cells[c].height);
+            if (sum.n < least) {
+              all_known = false;
+              continue;
+            }
+            surfaces[c] = {static_cast<float>(sum.verticality()),
+                           static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
+                           static_cast<std::uint8_t>(reach)};
           }
-          if (count < least) {
-            all_known = false;
-            continue;
-          }
-          detail::moments sum;
-          for (const run& r : runs)
-            for (cell_index other = r.from; other < r.to; ++other) sum += of_cell[other];
-          surfaces[c] = {static_cast<float>(sum.verticality()),
-                         static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
-                         static_cast<std::uint8_t>(reach)};
         }
       }
     }

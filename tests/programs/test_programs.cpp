@@ -196,6 +196,7 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
   const auto map = nlohmann::json::parse(bytes_of(directory / "m.json"));
   CHECK(map["stems"] == read_stems(directory / "1.csv").stems.size());
   CHECK(map["points"].is_number_integer());
+  CHECK_FALSE(map["upright"]["askew"].get<bool>());
   REQUIRE(call(directory, "match_stems", "2.csv 1.csv --out T.txt").status == 0);
   CHECK(error("T.txt") < 0.1);
 
@@ -216,6 +217,20 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
 
   REQUIRE(call(directory, "04_step_by_step", "scan_2.ply scan_1.ply").status == 0);
   CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("registered"));
+}
+
+TEST_CASE("a scan that was not level is warned of, and mapped about its stems when that is asked for") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 1 --angular-step 0.2 --seed 5 --tilt 8").status ==
+          0);
+  const run given = call(directory, "map_stems", "scan_1.ply --out 1.csv --json m.json");
+  REQUIRE(given.status == 0);
+  CHECK_THAT(given.complaint, Contains("scan_1.ply: its stems stand"));
+  CHECK(nlohmann::json::parse(bytes_of(directory / "m.json"))["upright"]["askew"].get<bool>());
+  const run by_stems = call(directory, "map_stems", "scan_1.ply --out 2.csv --up-by-stems --json m.json");
+  REQUIRE(by_stems.status == 0);
+  CHECK_THAT(by_stems.complaint, !Contains("its stems stand"));
+  CHECK_FALSE(nlohmann::json::parse(bytes_of(directory / "m.json"))["upright"]["askew"].get<bool>());
 }
 
 TEST_CASE("register_plot --all-pairs lays every scan on every earlier one, and names no file twice") {
