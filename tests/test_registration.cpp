@@ -65,6 +65,7 @@ TEST_CASE("paper_options holds the values of the paper") {
   CHECK(options.mapping.understory.highest == 3.0);
   CHECK(options.mapping.ground.filter == ground_filter::cloth);
   CHECK(options.mapping.rule == stem_point_rule::points);
+  CHECK(options.mapping.vertical == vertical_rule::given);
   CHECK(options.mapping.voxel_size == 0.01);
   CHECK(options.mapping.verticality.radius == 0.10);
   CHECK(options.mapping.verticality.threshold == 0.9);
@@ -125,6 +126,24 @@ TEST_CASE("register_maps refines about the ups of the two maps, which may differ
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 1e-6);
   }
+}
+
+TEST_CASE("where a vertical is that of the stems the fine registration turns freely") {
+  random_source random(13);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d truth(Eigen::AngleAxisd(0.004, Eigen::Vector3d(1, 2, 0).normalized()));
+  const stem_map source = made_up_map(stems);
+  stem_map target = made_up_map(scenes::moved(truth, stems));
+  target.stem_samples = scenes::moved(truth, source.stem_samples);
+  target.ground_samples = scenes::moved(truth, source.ground_samples);
+  const auto error = [&] {
+    const registration result = register_maps(source, target);
+    REQUIRE(result.outcome == outcome::registered);
+    return scenes::largest_error(*result.target_from_source, truth, stems);
+  };
+  CHECK(error() > 0.01);
+  target.up_by_stems = true;
+  CHECK(error() < 1e-4);
 }
 
 TEST_CASE("a registration that fails with four degrees of freedom tells which scan was not level") {

@@ -186,36 +186,48 @@ TEST_CASE("stems of a turned scan turn along, when up is said") {
   }
 }
 
-TEST_CASE("a scan that was not level is told so, and can take its vertical from its stems") {
+TEST_CASE("the vertical of a scan that was not level comes from its stems, unless the given one is wanted") {
   constexpr double degree = std::numbers::pi / 180;
   random_source random(11);
   scenes::cloud scan = scenes::ground_points(random, 14, 0.1, 0.005, [](double, double) { return 0.0; });
   std::vector<Vector3d> feet;
   for (int i = 0; i < 12; ++i) {
     feet.emplace_back(2 + 3.2 * (i % 4), 2.5 + 4 * (i / 4), 0);
-    const cylinder c = scenes::leaning(feet[i].x(), feet[i].y(), 0, 0.12, 0, 0);
+    const cylinder c = scenes::leaning(feet[std::size_t(i)].x(), feet[std::size_t(i)].y(), 0, 0.12, 0, 0);
     scenes::append(scan, scenes::stem_points(random, c, 2000, {.to = 4, .noise = 0.003}));
   }
-  const Eigen::Isometry3d tilt(Eigen::AngleAxisd(12 * degree, Vector3d(1, 2, 0).normalized()));
-  const auto tilted = moved(scan, tilt);
-  const auto check = [&](const stem_map& map) {
+  const auto map_tilted = [&](double angle, vertical_rule rule) {
+    CAPTURE(angle);
+    const Eigen::Isometry3d tilt(Eigen::AngleAxisd(angle * degree, Vector3d(1, 2, 0).normalized()));
+    const stem_map map = map_stems(moved(scan, tilt), {.vertical = rule});
+    CHECK(map.given_up == Vector3d::UnitZ());
     REQUIRE(map.stems.size() == feet.size());
     REQUIRE(map.upright);
     CHECK(angle_between(map.upright->up, tilt * Vector3d::UnitZ()) < 0.3 * degree);
     for (const Vector3d& foot : feet)
       CHECK(std::any_of(map.stems.begin(), map.stems.end(),
                         [&](const stem& s) { return (s.position - tilt * foot).norm() < 0.02; }));
+    return map;
   };
-  const stem_map as_given = map_stems(tilted);
-  check(as_given);
+  for (const double angle : {12.0, 20.0}) {  // the latter is mapped twice
+    const stem_map by_stems = map_tilted(angle, vertical_rule::stems_if_askew);
+    CHECK(by_stems.up_by_stems);
+    CHECK(by_stems.up == by_stems.upright->up);
+    CHECK(is_askew(by_stems));
+    CHECK(how_askew(by_stems).find("taken from them") != std::string::npos);
+  }
+  const stem_map as_given = map_tilted(12, vertical_rule::given);
   CHECK(as_given.up == Vector3d::UnitZ());
+  CHECK_FALSE(as_given.up_by_stems);
   CHECK(is_askew(as_given));
-  CHECK(how_askew(as_given).starts_with("stand 1"));
-  const stem_map by_stems = map_stems(tilted, {.up_by_stems = true});
-  check(by_stems);
-  CHECK(by_stems.up == as_given.upright->up);
-  CHECK_FALSE(is_askew(by_stems));
-  CHECK_FALSE(is_askew(map_stems(scan)));
+  CHECK(how_askew(as_given).find("taken from them") == std::string::npos);
+
+  const stem_map level = map_tilted(0, vertical_rule::stems_if_askew);
+  CHECK(level.up == Vector3d::UnitZ());
+  CHECK_FALSE(is_askew(level));
+  const stem_map level_by_stems = map_tilted(0, vertical_rule::stems);
+  CHECK(level_by_stems.up_by_stems);
+  CHECK(level_by_stems.up == level_by_stems.upright->up);
 }
 
 TEST_CASE("stems are ordered by position, and their supports are points of the scan near them") {

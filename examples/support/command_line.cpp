@@ -14,9 +14,10 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->expected(3)
       ->type_name("X,Y,Z")
       ->capture_default_str();
-  app.add_flag(
-      "--up-by-stems", up_by_stems,
-      "take the direction that most stems stand in for up; --up need be right within 15 degrees only");
+  app.add_option("--vertical", vertical,
+                 "given: as --up says; stems: as most stems stand; auto: that where they stand clearly askew")
+      ->check(CLI::IsMember({"given", "stems", "auto"}))
+      ->capture_default_str();
   app.add_option("--scanner", scanner, "position of the scanner; accepted, but nothing depends on it yet")
       ->delimiter(',')
       ->expected(3)
@@ -58,7 +59,9 @@ mapping_options shared_options::for_mapping() const {
   mapping_options options;
   options.verticality.constraint = !no_verticality;
   if (normalized) options.ground.filter = ground_filter::normalized;
-  options.up_by_stems = up_by_stems;
+  options.vertical = vertical == "given"   ? vertical_rule::given
+                     : vertical == "stems" ? vertical_rule::stems
+                                           : vertical_rule::stems_if_askew;
   options.stems.cylinder.seed = seed;
   return options;
 }

@@ -29,7 +29,7 @@ struct shared_options {
   std::uint64_t seed = 1;
   bool no_verticality = false;
   bool normalized = false;
-  bool up_by_stems = false;
+  std::string vertical = "auto";
   int dof = 4;
   std::optional<double> tolerance;
   bool horizontal = false;
@@ -37,10 +37,10 @@ struct shared_options {
   int threads = 0;
   std::filesystem::path json;
 
-  void add_mapping_to(CLI::App& app);   ///< --up --up-by-stems --scanner --seed --no-verticality --normalized
-  void add_matching_to(CLI::App& app);  ///< --dof --tolerance --horizontal
-  void add_icp_to(CLI::App& app);       ///< --icp
-  void add_threads_to(CLI::App& app);   ///< --threads
+  void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality --normalized
+  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal
+  void add_icp_to(CLI::App& app);        ///< --icp
+  void add_threads_to(CLI::App& app);    ///< --threads
   void add_execution_to(CLI::App& app);  ///< --threads --json
 
   Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }

@@ -115,7 +115,7 @@ json describe(const stem_map& map) {
     const double degrees = 180 / std::numbers::pi;
     return {{"up", row_by_row(Eigen::MatrixXd(map.upright->up))},
             {"sigma_deg", degrees * map.upright->sigma},
-            {"off_deg", degrees * angle_between(map.upright->up, map.up)},
+            {"off_deg", degrees * angle_between(map.upright->up, map.given_up)},
             {"askew", is_askew(map)}};
   };
   return {{"points", map.funnel.ground.points},
@@ -123,6 +123,7 @@ json describe(const stem_map& map) {
           {"funnel", as_json(explain(map.funnel))},
           {"ground", describe(map.funnel.ground)},
           {"up", row_by_row(Eigen::MatrixXd(map.up))},
+          {"up_by_stems", map.up_by_stems},
           {"upright", upright()},
           {"spacing_near", map.spacing_near},
           {"spacing_far", map.spacing_far},
@@ -176,7 +177,7 @@ void write_report_picture(const std::filesystem::path& path, const stem_map& sou
   const stem_map* maps[2] = {&source, &target};
   for (int k = 0; k < 2; ++k)
     for (const stem& s : maps[k]->stems) {
-      positions[k].push_back(maps[k]->terrain.frame.local_from_scan_rotation * s.position);
+      positions[k].push_back(levelling_rotation(maps[k]->up) * s.position);
       radii[k].push_back(s.radius);
     }
   std::vector<std::pair<stem_index, stem_index>> matches;
@@ -185,8 +186,8 @@ void write_report_picture(const std::filesystem::path& path, const stem_map& sou
     // The picture looks down on levelled frames.
     Eigen::Isometry3d source_level = Eigen::Isometry3d::Identity(),
                       target_level = Eigen::Isometry3d::Identity();
-    source_level.linear() = source.terrain.frame.local_from_scan_rotation;
-    target_level.linear() = target.terrain.frame.local_from_scan_rotation;
+    source_level.linear() = levelling_rotation(source.up);
+    target_level.linear() = levelling_rotation(target.up);
     picture.target_from_source = target_level * *result.target_from_source * source_level.inverse();
     for (const correspondence& c : result.matching.hypotheses.front().correspondences)
       matches.emplace_back(c.source, c.target);

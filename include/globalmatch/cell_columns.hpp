@@ -90,6 +90,7 @@ class cell_columns {
   /// (x, y) in plan, in each coordinate: all points nearer than that, and some others.
   template <class Visit>
   void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
+    if (x + reach < parts_.corner[0] || y + reach < parts_.corner[1]) return;
     const std::int32_t left = parts_.number(x - reach, 0), right = parts_.number(x + reach, 0);
     const std::int32_t top = std::min(parts_.number(y + reach, 1), static_cast<std::int32_t>(rows()) - 1);
     for (std::int32_t row = parts_.number(y - reach, 1); row <= top; ++row) {

@@ -139,14 +139,13 @@ struct cylinder_equations {
     Eigen::Matrix3d across;
     across << u.transpose(), v.transpose(), c.axis.transpose();
     sums all;
-    for (std::size_t begin = 0; begin < points.size(); begin += lanes) {
-      float du[lanes], dv[lanes], t[lanes];
-      const std::size_t some = std::min(lanes, points.size() - begin);
-      for (std::size_t k = 0; k < some; ++k) {
-        const Eigen::Vector3f d = (across * (points[begin + k] - c.point)).cast<float>();
+    for (std::size_t begin = 0; begin < points.size(); begin += width) {
+      lanes du = lanes::Zero(), dv = lanes::Zero(), t = lanes::Zero();  // those on the axis are not counted
+      const auto some = static_cast<Eigen::Index>(std::min(width, points.size() - begin));
+      for (Eigen::Index k = 0; k < some; ++k) {
+        const Eigen::Vector3f d = (across * (points[begin + std::size_t(k)] - c.point)).cast<float>();
         du[k] = d.x(), dv[k] = d.y(), t[k] = d.z();
       }
-      for (std::size_t k = some; k < lanes; ++k) du[k] = dv[k] = t[k] = 0;  // on the axis: counted out
       all.add(du, dv, t, float(c.radius), float(c.taper), float(tolerance));
     }
     const auto [n, n_a, n_b, n_aa, n_ab] = all.totals(all.weighted);
@@ -172,36 +171,44 @@ struct cylinder_equations {
   }
 
  private:
-  static constexpr std::size_t lanes = 16;
-  struct sums {
-    float weighted[5][3][lanes] = {};   // of 1, a, b, a^2, a b; times 1, t, t^2
-    float residuals[3][2][lanes] = {};  // of the residual times 1, a, b; times 1, t
+  static constexpr std::size_t width = 8;
+  using lanes = Eigen::Array<float, int(width), 1>;
 
-    void add(const float* du, const float* dv, const float* t, float radius, float taper, float tolerance) {
-      for (std::size_t k = 0; k < lanes; ++k) {
-        const float distance = std::sqrt(du[k] * du[k] + dv[k] * dv[k]);
-        const float residual = distance - radius + taper * t[k];
-        const float counts = std::abs(residual) < tolerance && distance > 0 ? 1.0f : 0.0f;
-        const float inverse = counts / std::max(distance, std::numeric_limits<float>::min());
-        const float a = -du[k] * inverse, b = -dv[k] * inverse;
-        const float terms[5] = {counts, a, b, a * a, a * b};
-        for (int i = 0; i < 5; ++i) {
-          weighted[i][0][k] += terms[i];
-          weighted[i][1][k] += terms[i] * t[k];
-          weighted[i][2][k] += terms[i] * t[k] * t[k];
-        }
-        for (int i = 0; i < 3; ++i) {
-          residuals[i][0][k] += terms[i] * residual;
-          residuals[i][1][k] += terms[i] * residual * t[k];
-        }
+  /// 1 where positive, else 0.
+  static lanes is_positive(const lanes& x) { return (x * 1e30f).max(0.0f).min(1.0f); }
+
+  struct sums {
+    lanes weighted[5][3];   // of 1, a, b, a^2, a b; times 1, t, t^2
+    lanes residuals[3][2];  // of the residual times 1, a, b; times 1, t
+
+    sums() {
+      for (auto& term : weighted)
+        for (lanes& power : term) power.setZero();
+      for (auto& term : residuals)
+        for (lanes& power : term) power.setZero();
+    }
+    void add(const lanes& du, const lanes& dv, const lanes& t, float radius, float taper, float tolerance) {
+      const lanes distance = (du * du + dv * dv).sqrt();
+      const lanes residual = distance - radius + taper * t;
+      const lanes counts = is_positive(tolerance - residual.abs()) * is_positive(distance);
+      const lanes inverse = counts / distance.max(std::numeric_limits<float>::min());
+      const lanes a = -du * inverse, b = -dv * inverse, squared = t * t;
+      const lanes terms[5] = {counts, a, b, a * a, a * b};
+      for (int i = 0; i < 5; ++i) {
+        weighted[i][0] += terms[i];
+        weighted[i][1] += terms[i] * t;
+        weighted[i][2] += terms[i] * squared;
+      }
+      for (int i = 0; i < 3; ++i) {
+        residuals[i][0] += terms[i] * residual;
+        residuals[i][1] += terms[i] * residual * t;
       }
     }
     template <std::size_t Terms, std::size_t Powers>
-    static std::array<std::array<double, Powers>, Terms> totals(const float (&of)[Terms][Powers][lanes]) {
+    static std::array<std::array<double, Powers>, Terms> totals(const lanes (&of)[Terms][Powers]) {
       std::array<std::array<double, Powers>, Terms> result{};
       for (std::size_t i = 0; i < Terms; ++i)
-        for (std::size_t p = 0; p < Powers; ++p)
-          for (std::size_t k = 0; k < lanes; ++k) result[i][p] += double(of[i][p][k]);
+        for (std::size_t p = 0; p < Powers; ++p) result[i][p] = of[i][p].template cast<double>().sum();
       return result;
     }
   };

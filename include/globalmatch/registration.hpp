@@ -35,6 +35,7 @@ inline registration_options paper_options() {
   options.mapping.understory = {.lowest = 0.2, .highest = 3.0};
   options.mapping.ground.filter = ground_filter::cloth;
   options.mapping.rule = stem_point_rule::points;
+  options.mapping.vertical = vertical_rule::given;
   options.mapping.voxel_size = 0.01;
   options.mapping.verticality.radius = 0.10;
   options.mapping.verticality.threshold = 0.9;
@@ -82,38 +83,42 @@ inline std::string what_stands_askew(const stem_map& source, const stem_map& tar
   return remark;
 }
 
-/// From the frame of the scan to the levelled one of its map.
+/// Near the terrain's, with the vertical of the map.
+inline local_frame levelled_frame(const stem_map& map) {
+  return {map.terrain.frame.origin, levelling_rotation(map.up)};
+}
 inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points,
-                                             const stem_map& map) {
+                                             const local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) local.push_back(map.terrain.frame.to_local(p));
+  for (const Eigen::Vector3d& p : points) local.push_back(frame.to_local(p));
   return local;
 }
-inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map) {
+inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map, const local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(map.stem_normals.size());
-  for (const Eigen::Vector3d& n : map.stem_normals)
-    local.push_back(map.terrain.frame.local_from_scan_rotation * n);
+  for (const Eigen::Vector3d& n : map.stem_normals) local.push_back(frame.local_from_scan_rotation * n);
   return local;
 }
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems.
+/// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems. It turns
+/// freely where a vertical is the stems', which is good to some tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
                                     const icp_options& options, const execution& how) {
+  const local_frame from = levelled_frame(source), to = levelled_frame(target);
   std::vector<icp_layer> layers = {
-      {levelled(source.ground_samples, source), levelled(target.ground_samples, target)},
-      {levelled(source.stem_samples, source), levelled(target.stem_samples, target)}};
+      {levelled(source.ground_samples, from), levelled(target.ground_samples, to)},
+      {levelled(source.stem_samples, from), levelled(target.stem_samples, to)}};
   const auto have_normals = [](const stem_map& m) { return m.stem_normals.size() == m.stem_samples.size(); };
   if (have_normals(source) && have_normals(target)) {
-    layers.back().source_normals = levelled_normals(source);
-    layers.back().target_normals = levelled_normals(target);
+    layers.back().source_normals = levelled_normals(source, from);
+    layers.back().target_normals = levelled_normals(target, to);
   }
-  const Eigen::Isometry3d source_local = source.terrain.frame.local_from_scan();
-  const Eigen::Isometry3d target_local = target.terrain.frame.local_from_scan();
+  const Eigen::Isometry3d source_local = from.local_from_scan(), target_local = to.local_from_scan();
+  if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
   icp_result result =
       refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, how);
   result.target_from_source = target_local.inverse() * result.target_from_source * source_local;

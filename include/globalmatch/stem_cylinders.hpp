@@ -1,9 +1,10 @@
-// Stems in clusters ([GM] 3.1): mostly one cylinder a cluster, several where stems stand close or branches
-// join them. In: stem points in clusters. Out: cylinders with their supporting points. Parallel
-// over clusters.
+// Stems in clusters ([GM] 3.1): mostly one cylinder a cluster, several where
+// stems stand close or branches join them. In: stem points in clusters. Out:
+// cylinders with their supporting points. Parallel over clusters.
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <array>
@@ -34,13 +35,17 @@ namespace globalmatch {
 /// [GM] gives no values: all are ours.
 struct stem_cylinder_options {
   cylinder_options cylinder = {.usual_taper = 0.005};
-  double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
-  int least_points = 15;       ///< on the surface of a stem
-  double least_height = 1.4;   ///< [m] that these points fill, in steps of 0.1 m: half the understory layer
-  double least_filled = 0.6;   ///< share of the height from the lowest to the highest of them that they fill
-  double least_share = 0.6;  ///< of the points in and within 0.1 m of a stem, this share lies on its surface
-  double most_inside = 0.4;  ///< points in a stem, as a share of those on its surface
-  double largest_sigma = 0.01;  ///< [m] uncertainty of the axis in plan: a fifth of the matching tolerance
+  double column_width = 0.25;   ///< [m] a stem is first looked for in a column of this width
+  int least_points = 15;        ///< on the surface of a stem
+  double least_height = 1.4;    ///< [m] that these points fill, in steps of 0.1 m:
+                                ///< half the understory layer
+  double least_filled = 0.6;    ///< share of the height from the lowest to the
+                                ///< highest of them that they fill
+  double least_share = 0.6;     ///< of the points in and within 0.1 m of a stem,
+                                ///< this share lies on its surface
+  double most_inside = 0.4;     ///< points in a stem, as a share of those on its surface
+  double largest_sigma = 0.01;  ///< [m] uncertainty of the axis in plan: a fifth
+                                ///< of the matching tolerance
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -50,7 +55,9 @@ inline void require_valid(const stem_cylinder_options& options) {
   if (!(options.least_height >= 0)) throw std::invalid_argument("stems.least_height must not be negative");
   for (const double share : {options.least_filled, options.least_share, options.most_inside})
     if (!(share >= 0 && share <= 1))
-      throw std::invalid_argument("stems.least_filled, .least_share and .most_inside must lie in [0, 1]");
+      throw std::invalid_argument(
+          "stems.least_filled, .least_share and "
+          ".most_inside must lie in [0, 1]");
   if (!(options.largest_sigma > 0)) throw std::invalid_argument("stems.largest_sigma must be positive");
   if (options.least_points < 6) throw std::invalid_argument("stems.least_points must be at least 6");
 }
@@ -58,7 +65,8 @@ inline void require_valid(const stem_cylinder_options& options) {
 /// A cylinder that looks like a stem, and what speaks for it.
 struct stem_cylinder {
   globalmatch::cylinder cylinder;    ///< local frame
-  std::vector<point_index> support;  ///< positions in the understory points that lie on it, increasing
+  std::vector<point_index> support;  ///< positions in the understory points that
+                                     ///< lie on it, increasing
   double filled_height = 0;          ///< [m] height that the support fills, in steps of 0.1 m
   double rms = 0;                    ///< [m] of the support about the surface
   double surface_share = 1;          ///< of the points in and within 0.1 m of it those on its surface
@@ -75,13 +83,22 @@ namespace detail {
 
 constexpr double height_bin = 0.1;  // [m]
 
-/// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is more than a stem shows in the
-/// understory, so that clusters may climb a slope of any height.
+/// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is
+/// more than a stem shows in the understory, so that clusters may climb a slope
+/// of any height.
 inline std::uint64_t height_bit(double z) {
   return std::uint64_t(1) << (static_cast<std::int64_t>(std::floor(z / height_bin)) & 63);
 }
 
-/// The points of a cluster in narrow columns, and which of them fill most height.
+inline Eigen::AlignedBox2d widened(const Eigen::AlignedBox2d& box, double by) {
+  return {box.min().array() - by, box.max().array() + by};
+}
+inline Eigen::AlignedBox2d square_about(double x, double y, double half) {
+  return widened(Eigen::AlignedBox2d(Eigen::Vector2d(x, y)), half);
+}
+
+/// The points of a cluster in narrow columns, and which of them fill most
+/// height.
 class column_raster {
  public:
   /// `members` must come column by column, as points in cells do.
@@ -95,7 +112,8 @@ class column_raster {
       columns_.back().end = k + 1;
       columns_.back().filled |= height_bit(points.z[i]);
     }
-    // With other cells than those the points are sorted by a column may come in several parts.
+    // With other cells than those the points are sorted by a column may come in
+    // several parts.
     std::sort(columns_.begin(), columns_.end());
     for (column& c : columns_) update(c);
   }
@@ -113,23 +131,33 @@ class column_raster {
     return place{(best->x + 0.5) * cell_, (best->y + 0.5) * cell_, best->bins};
   }
 
-  /// Calls `visit(member)` for the points left in columns within `distance` [m] of (x, y), in each
-  /// coordinate.
+  /// How many points are left in the columns of a box.
+  std::size_t count_in(const Eigen::AlignedBox2d& box) const {
+    std::size_t count = 0;
+    for_each_column(box, [&](const column& c) {
+      if (c.filled != 0) count += c.end - c.begin;
+    });
+    return count;
+  }
+  /// Calls `visit(member)` for every so many of them.
   template <class Visit>
-  void for_each_near(double x, double y, double distance, const Visit& visit) const {
-    for_each_column(x, y, distance, [&](const column& c) {
+  void for_each_in(const Eigen::AlignedBox2d& box, std::size_t step, const Visit& visit) const {
+    std::size_t skip = 0;
+    for_each_column(box, [&](const column& c) {
       if (c.filled == 0) return;
-      for (std::uint32_t k = c.begin; k < c.end; ++k) visit(members_[k]);
+      std::size_t k = c.begin + skip;
+      for (; k < c.end; k += step) visit(members_[k]);
+      skip = k - c.end;
     });
   }
 
-  /// Takes out the columns whose middle is such that `gone(x, y)`, within `distance` [m] of (x, y).
+  /// Takes out the columns of a box whose middle is such that `gone(x, y)`.
   template <class Gone>
-  void remove(double x, double y, double distance, const Gone& gone) {
-    for_each_column(x, y, distance, [&](const column& c) {
+  void remove(const Eigen::AlignedBox2d& box, const Gone& gone) {
+    for_each_column(box, [&](const column& c) {
       if (gone((c.x + 0.5) * cell_, (c.y + 0.5) * cell_)) const_cast<column&>(c).filled = 0;
     });
-    for_each_column(x, y, distance + reach * cell_, [&](const column& c) { update(const_cast<column&>(c)); });
+    for_each_column(widened(box, reach * cell_), [&](const column& c) { update(const_cast<column&>(c)); });
   }
 
  private:
@@ -143,24 +171,24 @@ class column_raster {
   };
 
   template <class Visit>
-  void for_each_in(std::int32_t left, std::int32_t right, std::int32_t low, std::int32_t high,
-                   const Visit& visit) const {
+  void for_each_between(std::int32_t left, std::int32_t right, std::int32_t low, std::int32_t high,
+                        const Visit& visit) const {
     for (std::int32_t row = low; row <= high; ++row) {
       auto c = std::lower_bound(columns_.begin(), columns_.end(), column{row, left, 0});
       for (; c != columns_.end() && c->y == row && c->x <= right; ++c) visit(*c);
     }
   }
   template <class Visit>
-  void for_each_column(double x, double y, double distance, const Visit& visit) const {
+  void for_each_column(const Eigen::AlignedBox2d& box, const Visit& visit) const {
     const auto number = [&](double v) { return static_cast<std::int32_t>(std::floor(v / cell_)); };
-    for_each_in(number(x - distance), number(x + distance), number(y - distance), number(y + distance),
-                visit);
+    for_each_between(number(box.min().x()), number(box.max().x()), number(box.min().y()),
+                     number(box.max().y()), visit);
   }
   void update(column& c) {
     std::uint64_t around = 0;
     if (c.filled != 0)
-      for_each_in(c.x - reach, c.x + reach, c.y - reach, c.y + reach,
-                  [&](const column& other) { around |= other.filled; });
+      for_each_between(c.x - reach, c.x + reach, c.y - reach, c.y + reach,
+                       [&](const column& other) { around |= other.filled; });
     c.bins = std::popcount(around);
   }
 
@@ -169,8 +197,9 @@ class column_raster {
   std::vector<column> columns_;
 };
 
-/// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it,
-/// increasing; d is the signed distance from the surface.
+/// Calls `visit(i, d)` for the understory points within `distance` of the
+/// cylinder's surface or inside it, increasing; d is the signed distance from
+/// the surface.
 template <class Visit>
 void for_each_near(const cell_columns& understory, const cylinder& c, double distance, const Visit& visit) {
   constexpr double half_height = 2;  // [m] the understory layer is less than twice as high, on any slope
@@ -196,8 +225,9 @@ inline Eigen::Vector3d position_of(const local_points& points, point_index i) {
   return {points.x[i], points.y[i], points.z[i]};
 }
 
-/// Support and evidence of a cylinder; nothing when it does not look like a stem: an upright surface seen
-/// over some height, nothing inside it, little close around it, and its place certain.
+/// Support and evidence of a cylinder; nothing when it does not look like a
+/// stem: an upright surface seen over some height, nothing inside it, little
+/// close around it, and its place certain.
 inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_columns& understory,
                                                const stem_cylinder_options& options) {
   constexpr double surroundings = 0.10;      // [m]
@@ -255,10 +285,16 @@ struct rising_line {
   Eigen::Vector2d at = Eigen::Vector2d::Zero(), slope = Eigen::Vector2d::Zero();
   double z0 = 0;
   Eigen::Vector2d at_height(double z) const { return at + slope * (z - z0); }
+  /// What it passes in plan, over more than the understory layer.
+  Eigen::AlignedBox2d seen_from_above() const {
+    constexpr double half_height = 2;  // [m]
+    return Eigen::AlignedBox2d(at_height(z0 - half_height)).extend(at_height(z0 + half_height));
+  }
 };
 
-/// Follows a column up and down: the line through the middles of its slices, each of the points near it,
-/// from an upright one at `start`. Returns it with the height bins that points near it fill.
+/// Follows a column up and down: the line through the middles of its slices,
+/// each of the points near it, from an upright one at `start`. Returns it with
+/// the height bins that points near it fill.
 inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
                                                            const Eigen::Vector2d& start,
                                                            double largest_slope) {
@@ -299,8 +335,9 @@ inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen
   return {line, filled};
 }
 
-/// The circle that most points lie on, seen along a line, by RANSAC: draws of three, until it is unlikely
-/// that better ones were missed; cost as in `surface_cost`. `x`, `y`: points [m] from the line.
+/// The circle that most points lie on, seen along a line, by RANSAC: draws of
+/// three, until it is unlikely that better ones were missed; cost as in
+/// `surface_cost`. `x`, `y`: points [m] from the line.
 inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, const std::vector<float>& y,
                                                  double tolerance, const cylinder_options& options,
                                                  random_source& random) {
@@ -317,16 +354,19 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
     const auto cx = float(circle->x()), cy = float(circle->y()), r = float(circle->z());
     float cost = 0;
     for (std::uint32_t begin = 0; begin < count && cost < least_cost; begin += 64) {
-      const std::uint32_t end = std::min(count, begin + 64);
-      for (std::uint32_t p = begin; p < end; ++p) {
-        const float d = std::sqrt((x[p] - cx) * (x[p] - cx) + (y[p] - cy) * (y[p] - cy)) - r;
-        cost += d < -width ? 2 * cut : std::min(d * d, cut);
-      }
+      const Eigen::Index some = std::min(count - begin, 64u);
+      const auto from_x = Eigen::Map<const Eigen::ArrayXf>(x.data() + begin, some) - cx;
+      const auto from_y = Eigen::Map<const Eigen::ArrayXf>(y.data() + begin, some) - cy;
+      const Eigen::Array<float, Eigen::Dynamic, 1, 0, 64, 1> d =
+          (from_x.square() + from_y.square()).sqrt() - r;
+      const auto is_inside = ((-width - d) * 1e30f).max(0.0f).min(1.0f);  // 1 or 0
+      cost += (d.square().min(cut) + cut * is_inside).sum();
     }
     if (!(cost < least_cost)) continue;
     least_cost = cost;
     best = circle;
-    // No more draws than it takes to draw three points on the circle almost surely.
+    // No more draws than it takes to draw three points on the circle almost
+    // surely.
     const double off = std::clamp(double(cost) / (double(cut) * count), 0.05, 0.95);
     const double success = std::pow(1 - off, 3);
     draws = std::min(draws, draw + static_cast<int>(std::ceil(-4.6 / std::log1p(-success))));
@@ -334,9 +374,10 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
   return best;
 }
 
-/// The stems of one cluster, `most` of them: again and again the fullest column is followed, until none is
-/// high enough. With `normals`, one for each understory point, cylinders are drawn as in [GM], from points
-/// and their normals.
+/// The stems of one cluster, `most` of them: again and again the fullest column
+/// is followed, until none is high enough. With `normals`, one for each
+/// understory point, cylinders are drawn as in [GM], from points and their
+/// normals.
 inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understory,
                                                    std::span<const point_index> members,
                                                    std::span<const Eigen::Vector3f> normals,
@@ -355,27 +396,23 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
   std::vector<Eigen::Vector3d> sample, sample_normals;
   for (auto column = columns.fullest(); column && stems.size() < most; column = columns.fullest()) {
     if (column->bins * height_bin < steep * options.least_height) break;
-    nearby.clear();
-    columns.for_each_near(column->x, column->y, reach + sway, [&](point_index i) { nearby.push_back(i); });
-    const auto take = [&](const auto& wanted) {
-      std::size_t kept = 0;
-      for (const point_index i : nearby)
-        if (wanted(i)) nearby[kept++] = i;
-      nearby.resize(kept);
-      const std::size_t step = (kept + most_points - 1) / most_points;
-      sample.clear();
-      for (std::size_t k = 0; k < kept; k += step) sample.push_back(position_of(points, nearby[k]));
-      return step;
-    };
-    take([](point_index) { return true; });
+    const Eigen::AlignedBox2d around = square_about(column->x, column->y, reach + sway);
+    const auto step_for = [](std::size_t count) { return (count + most_points - 1) / most_points; };
+    sample.clear();
+    columns.for_each_in(around, step_for(columns.count_in(around)),
+                        [&](point_index i) { sample.push_back(position_of(points, i)); });
     const auto [line, filled] = follow_column(sample, {column->x, column->y}, largest_slope);
     std::optional<stem_cylinder> stem;
     if (std::popcount(filled) * height_bin >= options.least_height) {
-      const std::size_t step = take([&, l = line](point_index i) {
+      nearby.clear();
+      columns.for_each_in(widened(line.seen_from_above(), reach), 1, [&, l = line](point_index i) {
         const Eigen::Vector2d at = l.at_height(points.z[i]);
         const Eigen::Vector2d from_line(points.x[i] - at.x(), points.y[i] - at.y());
-        return from_line.squaredNorm() < reach * reach;
+        if (from_line.squaredNorm() < reach * reach) nearby.push_back(i);
       });
+      const std::size_t step = step_for(nearby.size());
+      sample.clear();
+      for (std::size_t k = 0; k < nearby.size(); k += step) sample.push_back(position_of(points, nearby[k]));
       std::optional<cylinder> fit;
       if (normals.empty()) {
         std::vector<float> x, y;
@@ -405,7 +442,7 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
     if (stem) {
       const cylinder& c = stem->cylinder;
       const Eigen::Vector2d lean = c.axis.head<2>() / c.axis.z();
-      columns.remove(column->x, column->y, reach + sway + c.radius, [&](double x, double y) {
+      columns.remove(widened(around, c.radius), [&](double x, double y) {
         // near the axis at some height that the stem was seen at
         const Eigen::Vector2d from_middle(x - c.point.x(), y - c.point.y());
         const double share =
@@ -414,7 +451,8 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
       });
       stems.push_back(std::move(*stem));
     }
-    columns.remove(column->x, column->y, options.column_width / 2, [](double, double) { return true; });
+    columns.remove(square_about(column->x, column->y, options.column_width / 2),
+                   [](double, double) { return true; });
   }
   return stems;
 }
@@ -428,8 +466,9 @@ inline std::vector<std::size_t> largest_first(const point_clusters& clusters) {
   return order;
 }
 
-/// Scatter [m] of the points about their cylinder, robust against what does not belong to it: 1.48 times the
-/// median distance of those within `band` [m] of the surface.
+/// Scatter [m] of the points about their cylinder, robust against what does not
+/// belong to it: 1.48 times the median distance of those within `band` [m] of
+/// the surface.
 inline double scatter_about(const cylinder& c, const cell_columns& understory, double band) {
   std::vector<double> distances;
   for_each_near(understory, c, band, [&](point_index, double d) {
@@ -443,8 +482,8 @@ inline double scatter_about(const cylinder& c, const cell_columns& understory, d
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
-/// over them; the default where there are none.
+/// Three times the scatter (noise, bark, taper) of the points about the stems
+/// of the largest clusters, median over them; the default where there are none.
 inline double tolerance_from_scatter(const cell_columns& understory, const point_clusters& clusters,
                                      std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
                                      const execution& how) {
@@ -477,10 +516,11 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Cylinders that look like stems, in the order of the clusters, whose members are positions in the
-/// understory points. `normals`: empty, or unit normals of all understory points, of any sign; cylinders are
-/// then drawn from points and normals, as in [GM], instead of circles seen along a column. The tolerance used
-/// stands in the result.
+/// Cylinders that look like stems, in the order of the clusters, whose members
+/// are positions in the understory points. `normals`: empty, or unit normals of
+/// all understory points, of any sign; cylinders are then drawn from points and
+/// normals, as in [GM], instead of circles seen along a column. The tolerance
+/// used stands in the result.
 inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const point_clusters& clusters,
                                           std::span<const Eigen::Vector3f> normals = {},
                                           stem_cylinder_options options = {}, const execution& how = {}) {

@@ -39,6 +39,13 @@ enum class stem_point_rule {
   points,  ///< the surfaces through points, one for each voxel: a cost for each point ([GM] 3.1)
 };
 
+/// Where the vertical of a map comes from.
+enum class vertical_rule {
+  given,           ///< from the caller ([GM] takes scans as levelled)
+  stems_if_askew,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
+  stems,           ///< from the stems, if there are enough (ours)
+};
+
 struct mapping_options {
   ground_options ground = {};
   understory_options understory = {};
@@ -49,9 +56,7 @@ struct mapping_options {
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
-  /// Map once more with `up` as the stems tell it: for scanners that were not levelled, where heights and
-  /// 4-DoF should be about the true vertical. Stems are found without it as well, up to 15 degrees (ours).
-  bool up_by_stems = false;
+  vertical_rule vertical = vertical_rule::stems_if_askew;
 };
 
 /// How many points and finds each step left.
@@ -92,10 +97,12 @@ inline std::vector<funnel_step> explain(const mapping_funnel& f) {
 
 /// What is known of a scan once its stems are mapped; everything that matching and registration need.
 struct stem_map {
-  std::vector<stem> stems;                        ///< ordered by position, frame of the scan
-  globalmatch::terrain terrain;                   ///< heights, local frame
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, frame of the scan
-  std::optional<upright_direction> upright;       ///< how the stems stand, frame of the scan
+  std::vector<stem> stems;                              ///< ordered by position, frame of the scan
+  globalmatch::terrain terrain;                         ///< heights, local frame
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();        ///< the vertical, unit, frame of the scan
+  Eigen::Vector3d given_up = Eigen::Vector3d::UnitZ();  ///< what the caller gave for it, unit
+  bool up_by_stems = false;                             ///< the vertical comes from the stems
+  std::optional<upright_direction> upright;             ///< how the stems stand, frame of the scan
   double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together
   double spacing_far = 0;         ///< [m] a tenth are wider apart
   double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
@@ -256,7 +263,7 @@ template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::Vector3d& up,
                    const execution& how) {
   stem_map map;
-  map.up = up.normalized();
+  map.up = map.given_up = up.normalized();
 
   // Digital terrain model
   ground_model ground = model_ground(scan, options.ground, up, how);
@@ -296,33 +303,55 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
 }  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
+/// Whether the scan was clearly not level: its stems stand askew to the `up` that the caller gave.
+inline bool is_askew(const stem_map& map) {
+  return map.upright && is_askew(*map.upright, map.given_up);
+}
+
+/// What of it, for people, and the remedy: "stand 8.1 degrees off the vertical ...".
+inline std::string how_askew(const stem_map& map) {
+  const int tenths = int(std::lround(angle_between(map.upright->up, map.given_up) * 1800 / std::numbers::pi));
+  return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
+         " degrees off the vertical" + (map.up_by_stems ? ", which is taken from them instead" : "") +
+         "; a scan that was not level should turn freely (dof 6)";
+}
+
+namespace detail {
 inline namespace GLOBALMATCH_THREADING {
 
-/// Whether the scan was clearly not level: its stems stand askew to the `up` that it was mapped with. A
-/// motion of four degrees of freedom is then worth little.
-inline bool is_askew(const stem_map& map) {
-  return map.upright && is_askew(*map.upright, map.up);
+/// Takes the vertical from the stems. Where that is so far off the given one that stems were lost, the scan
+/// is mapped once more.
+template <point_range R>
+void take_vertical_from_stems(const R& scan, const mapping_options& options, stem_map& map,
+                              const execution& how) {
+  constexpr double all_found = 15 * std::numbers::pi / 180;  // [rad] half of what stems may lean
+  if (angle_between(map.upright->up, map.up) > all_found) {
+    const Eigen::Vector3d given = map.given_up, first = map.upright->up;
+    map = detail::map_stems(scan, options, first, how);
+    map.given_up = given;
+  }
+  if (map.upright) map.up = map.upright->up;
+  map.up_by_stems = true;
 }
 
-/// What of it, for people: "stand 8.1 degrees off the vertical: ...", with the remedies.
-inline std::string how_askew(const stem_map& map) {
-  const int tenths = int(std::lround(angle_between(map.upright->up, map.up) * 1800 / std::numbers::pi));
-  return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
-         " degrees off the vertical: if the scan was not level, let it turn freely (dof 6) or take the "
-         "vertical from the stems (up_by_stems)";
-}
+}  // namespace GLOBALMATCH_THREADING
+}  // namespace detail
+
+inline namespace GLOBALMATCH_THREADING {
 
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
-/// are read in two forward passes, in four with `up_by_stems`. No stems is an answer: the funnel then tells
-/// where they were lost. Throws `std::invalid_argument` naming a bad option. Cost: linear in the points, n
-/// log n in the understory.
+/// are read in two forward passes, in four where the vertical is taken from the stems and far off. No stems
+/// is an answer: the funnel then tells where they were lost. Throws `std::invalid_argument` naming a bad
+/// option. Cost: linear in the points, n log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {},
                    const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
   require_valid(options);
   try {
     stem_map map = detail::map_stems(scan, options, up, how);
-    if (options.up_by_stems && map.upright) map = detail::map_stems(scan, options, map.upright->up, how);
+    const bool wanted = options.vertical == vertical_rule::stems ||
+                        (options.vertical == vertical_rule::stems_if_askew && is_askew(map));
+    if (wanted && map.upright) detail::take_vertical_from_stems(scan, options, map, how);
     return map;
   } catch (const operation_cancelled&) {
     stem_map map;

@@ -219,18 +219,26 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
   CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("registered"));
 }
 
-TEST_CASE("a scan that was not level is warned of, and mapped about its stems when that is asked for") {
+TEST_CASE(
+    "a scan that was not level is warned of, and its vertical is that of its stems unless the given one is "
+    "asked for") {
   const temporary_directory directory;
   REQUIRE(call(directory, "simulate_plot", ". --stations 1 --angular-step 0.2 --seed 5 --tilt 8").status ==
           0);
-  const run given = call(directory, "map_stems", "scan_1.ply --out 1.csv --json m.json");
-  REQUIRE(given.status == 0);
-  CHECK_THAT(given.complaint, Contains("scan_1.ply: its stems stand"));
-  CHECK(nlohmann::json::parse(bytes_of(directory / "m.json"))["upright"]["askew"].get<bool>());
-  const run by_stems = call(directory, "map_stems", "scan_1.ply --out 2.csv --up-by-stems --json m.json");
-  REQUIRE(by_stems.status == 0);
-  CHECK_THAT(by_stems.complaint, !Contains("its stems stand"));
-  CHECK_FALSE(nlohmann::json::parse(bytes_of(directory / "m.json"))["upright"]["askew"].get<bool>());
+  const auto map_by = [&](const std::string& vertical) {
+    const run mapped =
+        call(directory, "map_stems", "scan_1.ply --out 1.csv --json m.json --vertical " + vertical);
+    REQUIRE(mapped.status == 0);
+    CHECK_THAT(mapped.complaint, Contains("scan_1.ply: its stems stand"));
+    const auto map = nlohmann::json::parse(bytes_of(directory / "m.json"));
+    CHECK(map["upright"]["askew"].get<bool>());
+    CHECK(map["upright"]["off_deg"].get<double>() == Approx(8).margin(1));
+    return map["up_by_stems"].get<bool>();
+  };
+  CHECK(map_by("auto"));
+  CHECK(map_by("stems"));
+  CHECK_FALSE(map_by("given"));
+  CHECK(call(directory, "map_stems", "scan_1.ply --out 1.csv --vertical up").status == 2);
 }
 
 TEST_CASE("register_plot --all-pairs lays every scan on every earlier one, and names no file twice") {
