@@ -107,15 +107,21 @@ struct plane_moments {
     xx += o.xx, xy += o.xy, yy += o.yy, xz += o.xz, yz += o.yz;
     return *this;
   }
+  plane_moments& operator-=(const plane_moments& o) {
+    n -= o.n, x -= o.x, y -= o.y, z -= o.z;
+    xx -= o.xx, xy -= o.xy, yy -= o.yy, xz -= o.xz, yz -= o.yz;
+    return *this;
+  }
 
   /// The least squares plane about (x0, y0); not known from fewer than `least` points.
   local_plane fit(double x0, double y0, double least) const {
     constexpr double ridge = 3e-4;  // [m^2] holds the slope down where points do not spread
     if (n < least) return {};
-    const double mx = x / n, my = y / n, mz = z / n;
-    const double cxx = xx / n - mx * mx + ridge, cyy = yy / n - my * my + ridge, cxy = xy / n - mx * my;
-    const double cxz = xz / n - mx * mz, cyz = yz / n - my * mz, determinant = cxx * cyy - cxy * cxy;
-    const double sx = (cxz * cyy - cyz * cxy) / determinant, sy = (cyz * cxx - cxz * cxy) / determinant;
+    const double share = 1 / n, mx = x * share, my = y * share, mz = z * share;
+    const double cxx = xx * share - mx * mx + ridge, cyy = yy * share - my * my + ridge;
+    const double cxy = xy * share - mx * my, cxz = xz * share - mx * mz, cyz = yz * share - my * mz;
+    const double scale = 1 / (cxx * cyy - cxy * cxy);
+    const double sx = (cxz * cyy - cyz * cxy) * scale, sy = (cyz * cxx - cxz * cxy) * scale;
     return {float(mz + sx * (x0 - mx) + sy * (y0 - my)), float(sx), float(sy)};
   }
 };
@@ -130,14 +136,6 @@ struct moment_raster {
 
   const plane_moments& block(int c, int r) const {
     return blocks[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
-  }
-  /// Of each column, over the rows within `reach` of one: the sum over a square of blocks is that of a few of
-  /// these.
-  std::vector<plane_moments> column_sums(int row, int reach) const {
-    std::vector<plane_moments> sums(static_cast<std::size_t>(columns));
-    for (int r = std::max(row - reach, 0); r <= std::min(row + reach, rows - 1); ++r)
-      for (int c = 0; c < columns; ++c) sums[std::size_t(c)] += block(c, r);
-    return sums;
   }
   /// Blocks of twice the width, in the memory of another raster.
   void halve_into(moment_raster& half, const execution& how) const {
@@ -193,26 +191,40 @@ class plane_pyramid {
     const moment_raster& raster = here.raster;
     const int near = coarser ? reach : 0;
     here.planes.resize(raster.blocks.size());
-    parallel_for(
-        how, "ground", std::size_t(raster.rows),
-        [&](std::size_t row) {
-          const int r = int(row);
-          const auto column_sums = raster.column_sums(r, near);
-          for (int c = 0; c < raster.columns; ++c) {
-            const double x = (c + 0.5) * raster.width, y = (r + 0.5) * raster.width;
-            plane_moments around;
-            for (int a = std::max(c - near, 0); a <= std::min(c + near, raster.columns - 1); ++a)
-              around += column_sums[std::size_t(a)];
-            local_plane& plane = here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)];
-            plane = around.fit(x, y, coarser ? least : 1);
-            if (plane.known() || !coarser) continue;
-            const moment_raster& wide = coarser->raster;
-            plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
-            plane.height =
-                plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
-          }
-        },
-        16);
+    parallel_chunks(how, "ground", std::size_t(raster.rows), 16, [&](std::size_t begin, std::size_t end) {
+      // Sums over a square of blocks are kept: what comes in is added, what goes out is taken away.
+      std::vector<plane_moments> of_column(static_cast<std::size_t>(raster.columns));
+      const auto add_row = [&](int r) {
+        for (int c = 0; c < raster.columns && r < raster.rows; ++c)
+          of_column[std::size_t(c)] += raster.block(c, r);
+      };
+      for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) add_row(r);
+      for (int r = int(begin); r < int(end); ++r) {
+        add_row(r + near);
+        fit_row(here, coarser, r, of_column, near, least);
+        if (r >= near)
+          for (int c = 0; c < raster.columns; ++c) of_column[std::size_t(c)] -= raster.block(c, r - near);
+      }
+    });
+  }
+
+  /// `of_column`: sums over the rows near.
+  static void fit_row(scale& here, const scale* coarser, int r, const std::vector<plane_moments>& of_column,
+                      int near, double least) {
+    const moment_raster& raster = here.raster;
+    plane_moments around;
+    for (int c = 0; c < std::min(near, raster.columns); ++c) around += of_column[std::size_t(c)];
+    for (int c = 0; c < raster.columns; ++c) {
+      if (c + near < raster.columns) around += of_column[std::size_t(c + near)];
+      local_plane& plane = here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)];
+      const double x = (c + 0.5) * raster.width, y = (r + 0.5) * raster.width;
+      plane = around.fit(x, y, coarser ? least : 1);
+      if (c >= near) around -= of_column[std::size_t(c - near)];
+      if (plane.known() || !coarser) continue;
+      const moment_raster& wide = coarser->raster;
+      plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
+      plane.height = plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
+    }
   }
 
   std::vector<scale> scales_;  // from fine to coarse; those of an earlier, larger raster may follow
@@ -330,6 +342,35 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
 namespace detail {
 inline namespace GLOBALMATCH_THREADING {
 
+/// `terrain::interpolated_height` for points of the cells in one row, which are known to lie half a node from
+/// each other.
+class heights_along_cells {
+ public:
+  heights_along_cells(const terrain& ground, int row)
+      : per_node_(float(1 / ground.resolution)), last_(ground.columns - 1) {
+    row_ = between(row, ground.rows - 1);
+    lower_ = ground.heights.data() + ground.node(0, row_);
+    upper_ = ground.heights.data() + ground.node(0, std::min(row_ + 1, ground.rows - 1));
+  }
+  float at(int column, float x, float y) const {
+    const int left = between(column, last_), right = std::min(left + 1, last_);
+    const float u = x * per_node_ - (float(left) + 0.5f), v = y * per_node_ - (float(row_) + 0.5f);
+    return (1 - v) * ((1 - u) * lower_[left] + u * lower_[right]) +
+           v * ((1 - u) * upper_[left] + u * upper_[right]);
+  }
+
+ private:
+  /// The node before a cell; of the outermost cells the nodes next to them.
+  static int between(int cell, int last) {
+    static_assert(lowest_per_cloth_cell == 2);
+    return std::clamp((cell + 1) / 2 - 1, 0, std::max(last - 1, 0));
+  }
+
+  float per_node_;
+  int last_, row_;
+  const float *lower_, *upper_;
+};
+
 /// Hands the ground points to the terrain, node by node; `kept` counts them. False when there are none.
 inline bool collect_ground(const lowest_raster& lowest, const std::vector<std::uint8_t>& is_ground,
                            const moment_raster& kept, terrain& result, const execution& how) {
@@ -394,6 +435,7 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   result.heights = std::move(heights);
 
   std::vector<std::uint8_t> is_ground(lowest.points.size(), 0);
+  const auto band_below = float(-options.ground_band);
   detail::plane_pyramid pyramid;
   const auto keep_near = [&](double above) -> const detail::moment_raster& {
     detail::moment_raster& moments = pyramid.cleared(result.resolution, columns, rows);
@@ -401,15 +443,17 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
     parallel_for(
         how, "ground", std::size_t(rows),
         [&](std::size_t row) {
-          for (int r = int(row) * cells; r < (int(row) + 1) * cells; ++r)
+          for (int r = int(row) * cells; r < (int(row) + 1) * cells; ++r) {
+            const detail::heights_along_cells ground(result, r);
             for (int c = 0; c < lowest.columns; ++c) {
               const std::size_t i = lowest.cell(c, r);
               const Eigen::Vector3f& p = lowest.points[i];
               if (std::isnan(p.z())) continue;
-              const double height = p.z() - result.interpolated_height(p.x(), p.y());
-              is_ground[i] = height > -options.ground_band && height < above;
+              const float height = p.z() - ground.at(c, p.x(), p.y());
+              is_ground[i] = height > band_below && height < float(above);
               if (is_ground[i]) moments.blocks[result.node(c / cells, int(row))].add(p);
             }
+          }
         },
         16);
     return moments;
