@@ -1,6 +1,6 @@
 // The stages of [GM] 3.1 after the ground, put together from PCL's parts: VoxelGrid, NormalEstimationOMP,
 // EuclideanClusterExtraction, SACSegmentation. Seconds a stage, beside those of `map_stems` on the same scan.
-// Only built where PCL is installed.
+// Built with GLOBALMATCH_BENCHMARK_PCL.
 #include <globalmatch/ground.hpp>
 #include <globalmatch/stem_mapping.hpp>
 #include <globalmatch/understory.hpp>

@@ -466,14 +466,23 @@ inline std::vector<std::size_t> largest_first(const point_clusters& clusters) {
   return order;
 }
 
-/// Scatter [m] of the points about their cylinder, robust against what does not
-/// belong to it: 1.48 times the median distance of those within `band` [m] of
-/// the surface.
-inline double scatter_about(const cylinder& c, const cell_columns& understory, double band) {
+/// Every so many of the members of a cluster, some thousands at most.
+inline std::vector<point_index> thinned(std::span<const point_index> members) {
+  constexpr std::size_t most = 4000;
+  const std::size_t step = (members.size() + most - 1) / most;
+  std::vector<point_index> kept;
+  for (std::size_t k = 0; k < members.size(); k += step) kept.push_back(members[k]);
+  return kept;
+}
+
+/// Scatter [m] of some points about their cylinder, robust against what does not belong to it: 1.48 times the
+/// median distance of those within `band` [m] of the surface.
+inline double scatter_about(const cylinder& c, const local_points& points,
+                            std::span<const point_index> members, double band) {
   std::vector<double> distances;
-  for_each_near(understory, c, band, [&](point_index, double d) {
-    if (d > -band) distances.push_back(std::abs(d));
-  });
+  for (const point_index i : members)
+    if (const double d = std::abs(c.surface_distance(position_of(points, i))); d < band)
+      distances.push_back(d);
   if (distances.empty()) return 0;
   const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
@@ -498,9 +507,9 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
       how, "scatter", order.size(),
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
-        for (const stem_cylinder& stem :
-             stems_of_cluster(understory, clusters[order[k]], normals, options, random, 1))
-          of_cluster[k].push_back(scatter_about(stem.cylinder, understory, band));
+        const std::vector<point_index> members = thinned(clusters[order[k]]);
+        for (const stem_cylinder& stem : stems_of_cluster(understory, members, normals, options, random, 1))
+          of_cluster[k].push_back(scatter_about(stem.cylinder, understory.points(), members, band));
       },
       1);
   std::vector<double> scatters;

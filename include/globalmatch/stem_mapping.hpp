@@ -236,14 +236,24 @@ inline void collect_samples(const std::vector<stem_cylinder>& stems, const local
   parallel_for(
       how, "samples", stems.size(),
       [&](std::size_t k) { kept_of[k] = thin_in_cells(understory, stems[k].support); }, 4);
-  for (std::size_t k = 0; k < stems.size(); ++k)
-    for (const point_index i : kept_of[k]) {
-      const cylinder& c = stems[k].cylinder;
-      const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - c.point;
-      const Eigen::Vector3d outward = from_axis - from_axis.dot(c.axis) * c.axis;
-      map.stem_samples.push_back(frame.to_scan(p));
-      map.stem_normals.push_back(scan_from_local * outward.normalized());
-    }
+  std::vector<std::size_t> first = {0};
+  for (const auto& kept : kept_of) first.push_back(first.back() + kept.size());
+  map.stem_samples.resize(first.back());
+  map.stem_normals.resize(first.back());
+  parallel_for(
+      how, "samples", stems.size(),
+      [&](std::size_t k) {
+        const cylinder& c = stems[k].cylinder;
+        std::size_t at = first[k];
+        for (const point_index i : kept_of[k]) {
+          const Eigen::Vector3d p = understory[i].cast<double>(), from_axis = p - c.point;
+          const Eigen::Vector3d outward = from_axis - from_axis.dot(c.axis) * c.axis;
+          map.stem_samples[at] = frame.to_scan(p);
+          map.stem_normals[at] = scan_from_local * outward.normalized();
+          ++at;
+        }
+      },
+      4);
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -284,14 +294,14 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   map.funnel.clusters = vertical.clusters.size();
 
   // Individual stems: cylinders
-  const auto found =
+  auto found =
       find_stem_cylinders(vertical.understory, vertical.clusters, vertical.normals, options.stems, how);
   map.distance_tolerance = found.distance_tolerance;
   map.funnel.cylinders = found.stems.size();
 
   // Stem positions: where the axes meet the terrain
-  auto stems = merge_fragments(found, understory, map.terrain, options.stems.cylinder);
-  refit_with_common_taper(stems, understory, map.terrain, found.distance_tolerance, options.stems.cylinder,
+  auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
+  refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
                           how);
   map.stems = locate_stems(stems, understory, map.terrain, how);
   map.funnel.stems = map.stems.size();

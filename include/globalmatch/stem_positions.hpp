@@ -47,15 +47,15 @@ struct point_traits<stem> {
 /// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork): those whose
 /// axes come within the larger radius of each other on the ground or at a height where one of them was seen.
 /// The better supported one stays, refined over both. Cylinders that do not meet the terrain are left out.
-inline std::vector<stem_cylinder> merge_fragments(const stem_cylinders& found, const local_points& understory,
+inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const local_points& understory,
                                                   const terrain& ground, const cylinder_options& options) {
   struct rooted {
     stem_cylinder stem;
     double ground_height;
   };
   std::vector<rooted> fragments, merged;
-  for (const stem_cylinder& s : found.stems)
-    if (const auto foot = meet_terrain(s.cylinder, ground)) fragments.push_back({s, foot->z()});
+  for (stem_cylinder& s : found.stems)
+    if (const auto foot = meet_terrain(s.cylinder, ground)) fragments.push_back({std::move(s), foot->z()});
   std::stable_sort(fragments.begin(), fragments.end(), [](const rooted& a, const rooted& b) {
     return a.stem.support.size() > b.stem.support.size();
   });
