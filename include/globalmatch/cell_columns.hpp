@@ -243,7 +243,7 @@ inline void cell_sorter::find_bounds(const execution& how) {
   for (int d = 0; d < 3; ++d)
     result_.corner[std::size_t(d)] = std::floor(double(all.lowest[d]) / result_.width) * result_.width;
   rows_ = std::size_t(result_.number(all.highest.y(), 1)) + 1;
-  height_bits_ = std::bit_width(std::uint32_t(result_.number(all.highest.z(), 2)));
+  height_bits_ = static_cast<int>(std::bit_width(std::uint32_t(result_.number(all.highest.z(), 2))));
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.

@@ -227,8 +227,8 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   const auto group = minima.main_group();
   if (group.empty()) return raster;
   std::vector<double> heights;  // the lowest of each tile
-  auto [row_low, column_low] = group.front();
-  auto [row_high, column_high] = group.front();
+  std::int64_t row_low = group.front().first, row_high = row_low;
+  std::int64_t column_low = group.front().second, column_high = column_low;
   for (const auto& k : group) {
     row_low = std::min(row_low, k.first), row_high = std::max(row_high, k.first);
     column_low = std::min(column_low, k.second), column_high = std::max(column_high, k.second);
