@@ -40,16 +40,16 @@ struct ground_height {
 };
 
 /// The ground at (x, y) where a stem of `radius` [m] stands: a plane through the ground points around it,
-/// nearer ones count more, without those that the foot of the stem lifts, and without what stands out
-/// upwards. Where too few are seen near by they are sought further away; nothing when there are none within
-/// `furthest` metres.
+/// without those that the foot of the stem lifts, and without what stands out upwards. A point tells the less
+/// of the foot the further away it lies: its variance grows with the fourth power of that. Where too few are
+/// seen near by they are sought further away; nothing when there are none within `furthest` metres.
 inline std::optional<ground_height> ground_at(const terrain& ground, double x, double y, double radius) {
   constexpr double nearest = 1, furthest = 8;  // [m]
-  constexpr double root_flare = 0.1;           // [m] around the stem
-  constexpr double kernel = 0.4;               // [m] points count half at this distance
+  constexpr double root_flare = 0.07;          // [m] around the stem
+  constexpr double kernel = 0.2;               // [m] at this distance points count a quarter
   constexpr double roughness = 0.02;           // [m] of a forest floor, from one step to the next
   constexpr double ridge = 3e-3;               // [m^2] holds the slope down where points do not spread
-  constexpr double alike = 3.3;                // times that heights are off for points on one hump err alike
+  constexpr double told = 0.6;                 // of the standard deviation that these variances make
   constexpr int rounds = 4;
   constexpr std::size_t least_points = 8;
   std::vector<Eigen::Vector3d> around;  // from the foot
@@ -69,7 +69,8 @@ inline std::optional<ground_height> ground_at(const terrain& ground, double x, d
     double weights = 0;
     const double reference = around.front().z();
     const auto weight = [&](const Eigen::Vector3d& d) {
-      return 1 / (1 + d.head<2>().squaredNorm() / (kernel * kernel));
+      const double growth = 1 + d.head<2>().squaredNorm() / (kernel * kernel);
+      return 1 / (growth * growth);
     };
     for (const Eigen::Vector3d& d : around) {
       const Eigen::Vector3d row(1, d.x(), d.y());
@@ -88,8 +89,8 @@ inline std::optional<ground_height> ground_at(const terrain& ground, double x, d
     for (const Eigen::Vector3d& d : around) squares += weight(d) * residual(d) * residual(d);
     const double scatter = std::sqrt(squares / weights);
     found = {reference + plane.x(),
-             alike * std::max(scatter, roughness) * std::sqrt(std::max(inverse(0, 0), 0.0))};
-    const double limit = std::max(1.5 * roughness, 1.5 * scatter);
+             told * std::max(scatter, roughness) * std::sqrt(std::max(inverse(0, 0), 0.0))};
+    const double limit = 1.2 * std::max(roughness, scatter);
     if (std::erase_if(around, [&](const Eigen::Vector3d& d) { return residual(d) > limit; }) == 0) break;
   }
   return found;
