@@ -61,7 +61,7 @@ inline std::optional<upright_direction> upright_of(std::span<const Eigen::Vector
 /// Whether stems stand clearly askew to `up` (unit): by more than they may by chance, and more than stands do
 /// that lean with the wind.
 inline bool is_askew(const upright_direction& upright, const Eigen::Vector3d& up) {
-  constexpr double deviations = 4, usual = 2 * std::numbers::pi / 180;  // [rad]
+  constexpr double deviations = 4, usual = 4 * std::numbers::pi / 180;  // [rad]
   return angle_between(upright.up, up) > std::max(usual, deviations * upright.sigma);
 }
 
