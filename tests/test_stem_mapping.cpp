@@ -397,7 +397,8 @@ std::filesystem::path clouds() {
   return std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "clouds";
 }
 
-/// Scores the stems found in both halves of a real pair against those that a person found in the whole cloud.
+/// Scores the stems found in both halves of a real pair against those that a person found in the whole cloud,
+/// by circles at breast height: there the places are compared, since stems lean by up to 20 degrees.
 void check_real_pair(const std::string& plot_name, const std::string& pair, std::size_t least_found) {
   if (!std::filesystem::exists(clouds())) {
     WARN("skipped: no real scans in " << clouds());
@@ -411,23 +412,26 @@ void check_real_pair(const std::string& plot_name, const std::string& pair, std:
     const auto scan = support::read_scan(clouds() / (prefix + (is_source ? "_src.ply" : "_tgt.ply")));
     const stem_map map = map_stems(scan);
     std::vector<Vector3d> finds;
-    for (const stem& s : map.stems) finds.push_back(is_source ? target_from_source * s.position : s.position);
+    for (const stem& s : map.stems) {
+      const Vector3d at_breast_height = s.position + breast_height / s.axis.z() * s.axis;
+      finds.push_back(is_source ? target_from_source * at_breast_height : at_breast_height);
+    }
     const map_score score = score_map(finds, truth, 0.25);
     CHECK(score.true_finds >= least_found);
-    CHECK(score.found - score.true_finds <= 2);
+    CHECK(score.found - score.true_finds <= 1);
   }
 }
 
 }  // namespace
 
-TEST_CASE("14 of 16 real pines are found in each half, and at most two stems that are none", "[slow]") {
-  check_real_pair("pine_plot", "interleaved", 14);
-  check_real_pair("pine_plot", "virtualscans", 14);
+TEST_CASE("15 of 16 real pines are found in each half, and at most one stem that is none", "[slow]") {
+  check_real_pair("pine_plot", "interleaved", 15);
+  check_real_pair("pine_plot", "virtualscans", 15);
 }
 
-TEST_CASE("24 of 30 real conifers are found in each half, and at most two stems that are none", "[slow]") {
-  check_real_pair("dense_conifers", "interleaved", 24);
-  check_real_pair("dense_conifers", "virtualscans", 24);
+TEST_CASE("28 of 30 real conifers are found in each half, and at most one stem that is none", "[slow]") {
+  check_real_pair("dense_conifers", "interleaved", 28);
+  check_real_pair("dense_conifers", "virtualscans", 28);
 }
 
 }  // namespace globalmatch

@@ -70,6 +70,15 @@ class cell_columns {
   std::size_t columns_begin(std::size_t row) const { return parts_.rows[row]; }
   std::size_t columns_end(std::size_t row) const { return parts_.rows[row + 1]; }
 
+  /// The first cell of a column at a height or above, or where the column ends.
+  cell_index first_from(std::size_t column, std::int32_t height) const {
+    const auto begin = parts_.cells.begin() + std::ptrdiff_t(cells_begin(column));
+    const auto end = parts_.cells.begin() + std::ptrdiff_t(cells_end(column));
+    const auto found =
+        std::lower_bound(begin, end, height, [](const cell& c, std::int32_t h) { return c.height < h; });
+    return static_cast<cell_index>(found - parts_.cells.begin());
+  }
+
   /// Numbers of the columns of a row from x = `left` to `right`: [begin, end).
   std::pair<std::size_t, std::size_t> columns_between(std::int32_t row, std::int32_t left,
                                                       std::int32_t right) const {
@@ -206,9 +215,20 @@ class cell_sorter {
     std::uint32_t place;
   };
 
+  /// Parts are taken in groups, since what is counted for each row is counted for each of these.
+  static constexpr std::size_t most_groups = 64;
+
+  /// Calls `work(group, part)`, in parallel for groups, in their order for parts.
   template <class Work>
   void for_each_part(const execution& how, const Work& work) {
-    parallel_for(how, "cells", parts_.size(), work, 16);
+    const std::size_t groups = std::min(parts_.size(), most_groups);
+    parallel_for(
+        how, "cells", groups,
+        [&](std::size_t g) {
+          for (std::size_t p = g * parts_.size() / groups; p < (g + 1) * parts_.size() / groups; ++p)
+            work(g, parts_[p]);
+        },
+        1);
   }
   void find_bounds(const execution& how);
   std::vector<std::uint32_t> sort_into_rows(const execution& how);
@@ -230,15 +250,12 @@ inline void cell_sorter::find_bounds(const execution& how) {
       highest = highest.max(high);
     }
   };
-  std::vector<box> of_part(parts_.size());
-  for_each_part(how, [&](std::size_t part) {
-    box own;
-    for (std::size_t i = 0; i < parts_[part].size(); ++i)
-      own.add(parts_[part][i].array(), parts_[part][i].array());
-    of_part[part] = own;
+  std::vector<box> of_group(most_groups);
+  for_each_part(how, [&](std::size_t group, const local_points& points) {
+    for (std::size_t i = 0; i < points.size(); ++i) of_group[group].add(points[i].array(), points[i].array());
   });
   box all;
-  for (const box& b : of_part) all.add(b.lowest, b.highest);
+  for (const box& b : of_group) all.add(b.lowest, b.highest);
   if (all.lowest.x() > all.highest.x()) return;  // no points
   for (int d = 0; d < 3; ++d)
     result_.corner[std::size_t(d)] = std::floor(double(all.lowest[d]) / result_.width) * result_.width;
@@ -248,28 +265,28 @@ inline void cell_sorter::find_bounds(const execution& how) {
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
 inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
-  const std::size_t rows = rows_;
-  std::vector<std::uint32_t> place(parts_.size() * rows, 0), first(rows + 1, 0);
-  for_each_part(how, [&](std::size_t part) {
-    for (const float y : parts_[part].y) ++place[part * rows + std::size_t(result_.number(y, 1))];
+  std::vector<std::uint32_t> place(most_groups * rows_, 0), first(rows_ + 1, 0);
+  for_each_part(how, [&](std::size_t group, const local_points& points) {
+    std::uint32_t* counts = place.data() + group * rows_;
+    for (const float y : points.y) ++counts[result_.number(y, 1)];
   });
   std::uint32_t sum = 0;
-  for (std::size_t row = 0; row < rows; ++row) {
+  for (std::size_t row = 0; row < rows_; ++row) {
     first[row] = sum;
-    for (std::size_t part = 0; part < parts_.size(); ++part)
-      sum += std::exchange(place[part * rows + row], sum);
+    for (std::size_t group = 0; group < most_groups; ++group)
+      sum += std::exchange(place[group * rows_ + row], sum);
   }
-  first[rows] = sum;
+  first[rows_] = sum;
   local_points& moved = result_.points;
   moved.resize(sum);
-  for_each_part(how, [&](std::size_t part) {
-    const local_points& points = parts_[part];
+  for_each_part(how, [&](std::size_t group, local_points& points) {
+    std::uint32_t* next = place.data() + group * rows_;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      const std::uint32_t to = place[part * rows + std::size_t(result_.number(points.y[i], 1))]++;
+      const std::uint32_t to = next[result_.number(points.y[i], 1)]++;
       moved.x[to] = points.x[i], moved.y[to] = points.y[i], moved.z[to] = points.z[i];
       moved.index[to] = points.index[i];
     }
-    parts_[part] = {};
+    points = {};
   });
   return first;
 }

@@ -182,10 +182,8 @@ class sums_by_height {
     lowest_ = lowest - reach;
     sums_.assign(std::size_t(highest + reach - lowest_ + 1), {});
     window.for_each_within(reach, [&](std::size_t column) {
-      cell_columns::cell_index c = cells_.cells_begin(column);
       const cell_columns::cell_index end = cells_.cells_end(column);
-      while (c < end && cells_[c].height < lowest_) ++c;
-      for (; c < end && cells_[c].height <= highest + reach; ++c)
+      for (auto c = cells_.first_from(column, lowest_); c < end && cells_[c].height <= highest + reach; ++c)
         sums_[std::size_t(cells_[c].height - lowest_)] += of_cell_[c - first_];
     });
   }
