@@ -61,6 +61,31 @@ TEST_CASE("heights of the understory are measured from the terrain, in every con
   });
 }
 
+TEST_CASE("along the order of the scan points are kept that lie apart from the one kept before") {
+  const terrain ground = sloped_terrain(0);
+  std::vector<Vector3d> scan;
+  for (int i = 0; i < 40000; ++i) scan.push_back({10.5 + 1.75e-4 * i, 22, 31 + (i % 2 ? 0 : 1e-3)});
+  scan[100].z() = 30;  // on the ground
+  scan[200].y() = 25;  // elsewhere
+  scan[39999] = scan[39998];
+  for (const int threads : {1, 2}) {
+    const auto layer = detail::select_understory_parts(scan, ground, {}, 0.01, {.threads = threads});
+    CHECK(layer.in_layer == scan.size() - 1);
+    const local_points kept = detail::join_parts(layer.parts, ground.frame, "understory", {});
+    CHECK(kept.index.front() == 0);
+    CHECK(std::is_sorted(kept.index.begin(), kept.index.end()));
+    CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(200)) == 1);
+    CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(100)) == 0);
+    std::size_t together = 0;
+    for (std::size_t i = 1; i < kept.size(); ++i) together += (kept[i] - kept[i - 1]).norm() < 0.0099f;
+    CHECK(together <= layer.parts.size());  // chunks begin anew
+    CHECK(kept.size() > 690);
+    CHECK(kept.size() < 720);
+  }
+  const auto all = detail::select_understory_parts(scan, ground, {}, 0, {});
+  CHECK(detail::join_parts(all.parts, ground.frame, "understory", {}).size() == all.in_layer);
+}
+
 TEST_CASE("points that are not finite or beyond the terrain are not of the understory") {
   const terrain ground = sloped_terrain(0);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();

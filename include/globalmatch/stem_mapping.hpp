@@ -50,7 +50,9 @@ struct mapping_options {
   ground_options ground = {};
   understory_options understory = {};
   stem_point_rule rule = stem_point_rule::cells;
-  double voxel_size = 0.01;  ///< [m] with `stem_point_rule::points` ([GM] 3.1: 0.01)
+  /// [m] Of the understory one point a voxel ([GM] 3.1: 0.01), with `stem_point_rule::points`; with cells a
+  /// point that is nearer to the one kept before it, in the order of the scan, is left out (ours).
+  double voxel_size = 0.01;
   globalmatch::verticality_options verticality = {};
   /// [m] with `stem_point_rule::points`: stem points nearer than this are of one cluster ([GM] gives no
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
@@ -281,15 +283,17 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   map.terrain = std::move(ground.terrain);
 
   // Understory layer
-  auto layer = select_understory_parts(scan, map.terrain, options.understory, how);
-  for (const local_points& part : layer) map.funnel.understory += part.size();
+  const bool by_cells = options.rule == stem_point_rule::cells;
+  auto layer =
+      select_understory_parts(scan, map.terrain, options.understory, by_cells ? options.voxel_size : 0, how);
+  map.funnel.understory = layer.in_layer;
 
   // Stem points, by verticality, in clusters
   const stem_points vertical =
-      options.rule == stem_point_rule::cells
-          ? stem_points_by_cells(std::move(layer), options, map, how)
-          : stem_points_by_points(join_parts(std::move(layer), map.terrain.frame, "understory", how), options,
-                                  map, how);
+      by_cells
+          ? stem_points_by_cells(std::move(layer.parts), options, map, how)
+          : stem_points_by_points(join_parts(std::move(layer.parts), map.terrain.frame, "understory", how),
+                                  options, map, how);
   const local_points& understory = vertical.understory.points();
   map.funnel.clusters = vertical.clusters.size();
 

@@ -85,9 +85,10 @@ class kept_points {
     index_[count_] = i;
     count_ += keep;
   }
-  /// Of these again those such that `keep(x, y, z)`.
+  std::size_t size() const { return count_; }
+  /// Of these again those such that `keep(x, y, z)`, which is asked in their order.
   template <class Keep>
-  void filter(const Keep& keep) {
+  void filter(Keep keep) {
     const std::size_t all = std::exchange(count_, 0);
     for (std::size_t k = 0; k < all; ++k) add({x_[k], y_[k], z_[k]}, index_[k], keep(x_[k], y_[k], z_[k]));
   }
@@ -105,18 +106,33 @@ class kept_points {
   std::size_t count_ = 0;
 };
 
+/// Understory points, in a part for each chunk of the scan.
+struct understory_parts {
+  std::vector<local_points> parts;
+  std::size_t in_layer = 0;  ///< points, with those that were thinned out
+};
+
 inline namespace GLOBALMATCH_THREADING {
 
-/// `select_understory` in parts, one for each chunk of the scan.
+/// `select_understory` in parts. A point nearer than `apart` [m] to the one that was kept before it, in the
+/// order of the scan, is left out: scanners go along lines, on which points near by are closer than anybody
+/// needs.
 template <point_range R>
-std::vector<local_points> select_understory_parts(const R& scan, const terrain& ground,
-                                                  const understory_options& options, const execution& how) {
+understory_parts select_understory_parts(const R& scan, const terrain& ground,
+                                         const understory_options& options, double apart,
+                                         const execution& how) {
   require_valid(options);
-  std::vector<local_points> parts;
-  if (ground.empty()) return parts;
+  understory_parts result;
+  if (ground.empty()) return result;
   const layer_limits limits(ground, options);
+  const auto least_squared = static_cast<float>(apart * apart);
+  std::vector<std::size_t> in_layer;
   read_in_chunks(
-      scan, how, "understory", [&](std::size_t chunks) { parts.resize(chunks); },
+      scan, how, "understory",
+      [&](std::size_t chunks) {
+        result.parts.resize(chunks);
+        in_layer.resize(chunks);
+      },
       [&](std::size_t chunk, const auto& visit_points) {
         kept_points kept(points_a_chunk);
         visit_points([&](const Eigen::Vector3d& p, point_index i) {
@@ -129,9 +145,19 @@ std::vector<local_points> select_understory_parts(const R& scan, const terrain& 
           const double height = z - ground.interpolated_height(x, y);
           return height >= options.lowest && height <= options.highest;
         });
-        kept.copy_to(parts[chunk]);
+        in_layer[chunk] = kept.size();
+        if (apart > 0)
+          kept.filter([&, last = Eigen::Vector3f(Eigen::Vector3f::Constant(1e9f))](float x, float y,
+                                                                                   float z) mutable {
+            const Eigen::Vector3f here(x, y, z);
+            const bool is_apart = (here - last).squaredNorm() >= least_squared;
+            if (is_apart) last = here;
+            return is_apart;
+          });
+        kept.copy_to(result.parts[chunk]);
       });
-  return parts;
+  for (const std::size_t count : in_layer) result.in_layer += count;
+  return result;
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -144,8 +170,8 @@ inline namespace GLOBALMATCH_THREADING {
 template <point_range R>
 local_points select_understory(const R& scan, const terrain& ground, const understory_options& options = {},
                                const execution& how = {}) {
-  return detail::join_parts(detail::select_understory_parts(scan, ground, options, how), ground.frame,
-                            "understory", how);
+  auto layer = detail::select_understory_parts(scan, ground, options, 0, how);
+  return detail::join_parts(std::move(layer.parts), ground.frame, "understory", how);
 }
 
 }  // namespace GLOBALMATCH_THREADING
