@@ -5,6 +5,7 @@
 #include <globalmatch/stem_mapping.hpp>
 #include <globalmatch/understory.hpp>
 
+#include <pcl/console/print.h>
 #include <pcl/features/normal_3d_omp.h>
 #include <pcl/filters/voxel_grid.h>
 #include <pcl/point_types.h>
@@ -23,6 +24,7 @@
 #include <iostream>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 using namespace globalmatch;
@@ -49,10 +51,25 @@ struct stage_times {
   }
 };
 
-cloud::Ptr as_cloud(const local_points& points) {
-  const auto result = pcl::make_shared<cloud>();
-  for (std::size_t i = 0; i < points.size(); ++i) result->emplace_back(points.x[i], points.y[i], points.z[i]);
-  return result;
+/// One point a voxel, tile by tile: the numbers of PCL's voxels would overflow on a whole plot.
+cloud::Ptr thinned_by_tiles(const local_points& points, float voxel) {
+  constexpr float tile = 5;  // [m]
+  std::map<std::pair<int, int>, cloud::Ptr> tiles;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    cloud::Ptr& own = tiles[{int(points.x[i] / tile), int(points.y[i] / tile)}];
+    if (!own) own = pcl::make_shared<cloud>();
+    own->emplace_back(points.x[i], points.y[i], points.z[i]);
+  }
+  const auto thinned = pcl::make_shared<cloud>();
+  for (const auto& entry : tiles) {
+    cloud kept;
+    pcl::VoxelGrid<pcl::PointXYZ> grid;
+    grid.setInputCloud(entry.second);
+    grid.setLeafSize(voxel, voxel, voxel);
+    grid.filter(kept);
+    *thinned += kept;
+  }
+  return thinned;
 }
 
 /// Cylinders of the clusters, as PCL finds them; those that a stem's limits allow are counted.
@@ -82,16 +99,11 @@ std::size_t count_cylinders(const cloud::Ptr& points, const normals::Ptr& around
 stage_times stages_of_pcl(const local_points& understory, int threads) {
   constexpr float voxel = 0.01f, radius = 0.10f, threshold = 0.9f, link = 0.05f;
   stage_times times;
-  const cloud::Ptr points = as_cloud(understory);
-  const auto thinned = pcl::make_shared<cloud>(), vertical = pcl::make_shared<cloud>();
+  cloud::Ptr thinned;
+  const auto vertical = pcl::make_shared<cloud>();
   const auto around = pcl::make_shared<normals>(), of_vertical = pcl::make_shared<normals>();
   std::vector<pcl::PointIndices> clusters;
-  times.measure("voxels", [&] {
-    pcl::VoxelGrid<pcl::PointXYZ> grid;
-    grid.setInputCloud(points);
-    grid.setLeafSize(voxel, voxel, voxel);
-    grid.filter(*thinned);
-  });
+  times.measure("voxels", [&] { thinned = thinned_by_tiles(understory, voxel); });
   times.measure("verticality", [&] {
     pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimate(
         static_cast<unsigned>(std::max(threads, 0)));
@@ -129,6 +141,7 @@ int main(int argc, char** argv) {
   shared.add_threads_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);  // clusters without a cylinder are no errors
     std::cout << "| scene | points [M] | voxels, verticality, clusters, cylinders by PCL [s] | sum [s] | "
                  "cylinders | "
                  "`map_stems`, ground included [s] | stems |\n|---|---|---|---|---|---|---|\n"
