@@ -131,7 +131,8 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
 inline namespace GLOBALMATCH_THREADING {
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
-/// that does not converge leaves the coarse motion. Throws `std::invalid_argument` naming a bad option.
+/// that does not converge leaves the coarse motion. Where a map took its vertical from its stems, ICP turns
+/// freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
                                   const registration_options& options = {}, const execution& how = {}) {
   require_valid(options.icp);

@@ -1,6 +1,6 @@
-// Stems in clusters ([GM] 3.1): mostly one cylinder a cluster, several where
-// stems stand close or branches join them. In: stem points in clusters. Out:
-// cylinders with their supporting points. Parallel over clusters.
+// Stems in clusters ([GM] 3.1): mostly one cylinder a cluster, several where stems stand close or branches
+// join them. In: stem points in clusters. Out: cylinders with their supporting points. Parallel
+// over clusters.
 #pragma once
 
 #include <Eigen/Core>
@@ -83,9 +83,8 @@ namespace detail {
 
 constexpr double height_bin = 0.1;  // [m]
 
-/// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is
-/// more than a stem shows in the understory, so that clusters may climb a slope
-/// of any height.
+/// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is more than a stem shows in the
+/// understory, so that clusters may climb a slope of any height.
 inline std::uint64_t height_bit(double z) {
   return std::uint64_t(1) << (static_cast<std::int64_t>(std::floor(z / height_bin)) & 63);
 }
@@ -97,8 +96,7 @@ inline Eigen::AlignedBox2d square_about(double x, double y, double half) {
   return widened(Eigen::AlignedBox2d(Eigen::Vector2d(x, y)), half);
 }
 
-/// The points of a cluster in narrow columns, and which of them fill most
-/// height.
+/// The points of a cluster in narrow columns, and which of them fill most height.
 class column_raster {
  public:
   /// `members` must come column by column, as points in cells do.
@@ -112,8 +110,7 @@ class column_raster {
       columns_.back().end = k + 1;
       columns_.back().filled |= height_bit(points.z[i]);
     }
-    // With other cells than those the points are sorted by a column may come in
-    // several parts.
+    // With other cells than those the points are sorted by a column may come in several parts.
     std::sort(columns_.begin(), columns_.end());
     for (column& c : columns_) update(c);
   }
@@ -197,9 +194,8 @@ class column_raster {
   std::vector<column> columns_;
 };
 
-/// Calls `visit(i, d)` for the understory points within `distance` of the
-/// cylinder's surface or inside it, increasing; d is the signed distance from
-/// the surface.
+/// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it,
+/// increasing; d is the signed distance from the surface.
 template <class Visit>
 void for_each_near(const cell_columns& understory, const cylinder& c, double distance, const Visit& visit) {
   constexpr double half_height = 2;  // [m] the understory layer is less than twice as high, on any slope
@@ -225,9 +221,8 @@ inline Eigen::Vector3d position_of(const local_points& points, point_index i) {
   return {points.x[i], points.y[i], points.z[i]};
 }
 
-/// Support and evidence of a cylinder; nothing when it does not look like a
-/// stem: an upright surface seen over some height, nothing inside it, little
-/// close around it, and its place certain.
+/// Support and evidence of a cylinder; nothing when it does not look like a stem: an upright surface seen
+/// over some height, nothing inside it, little close around it, and its place certain.
 inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_columns& understory,
                                                const stem_cylinder_options& options) {
   constexpr double surroundings = 0.10;      // [m]
@@ -292,9 +287,8 @@ struct rising_line {
   }
 };
 
-/// Follows a column up and down: the line through the middles of its slices,
-/// each of the points near it, from an upright one at `start`. Returns it with
-/// the height bins that points near it fill.
+/// Follows a column up and down: the line through the middles of its slices, each of the points near it,
+/// from an upright one at `start`. Returns it with the height bins that points near it fill.
 inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
                                                            const Eigen::Vector2d& start,
                                                            double largest_slope) {
@@ -335,9 +329,8 @@ inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen
   return {line, filled};
 }
 
-/// The circle that most points lie on, seen along a line, by RANSAC: draws of
-/// three, until it is unlikely that better ones were missed; cost as in
-/// `surface_cost`. `x`, `y`: points [m] from the line.
+/// The circle that most points lie on, seen along a line, by RANSAC: draws of three, until it is unlikely
+/// that better ones were missed; cost as in `surface_cost`. `x`, `y`: points [m] from the line.
 inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, const std::vector<float>& y,
                                                  double tolerance, const cylinder_options& options,
                                                  random_source& random) {
@@ -365,8 +358,7 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
     if (!(cost < least_cost)) continue;
     least_cost = cost;
     best = circle;
-    // No more draws than it takes to draw three points on the circle almost
-    // surely.
+    // No more draws than it takes to draw three points on the circle almost surely.
     const double off = std::clamp(double(cost) / (double(cut) * count), 0.05, 0.95);
     const double success = std::pow(1 - off, 3);
     draws = std::min(draws, draw + static_cast<int>(std::ceil(-4.6 / std::log1p(-success))));
@@ -374,10 +366,9 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
   return best;
 }
 
-/// The stems of one cluster, `most` of them: again and again the fullest column
-/// is followed, until none is high enough. With `normals`, one for each
-/// understory point, cylinders are drawn as in [GM], from points and their
-/// normals.
+/// The stems of one cluster, `most` of them: again and again the fullest column is followed, until none is
+/// high enough. With `normals`, one for each understory point, cylinders are drawn as in [GM], from points
+/// and their normals.
 inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understory,
                                                    std::span<const point_index> members,
                                                    std::span<const Eigen::Vector3f> normals,
@@ -491,8 +482,8 @@ inline double scatter_about(const cylinder& c, const local_points& points,
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Three times the scatter (noise, bark, taper) of the points about the stems
-/// of the largest clusters, median over them; the default where there are none.
+/// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
+/// over them; the default where there are none.
 inline double tolerance_from_scatter(const cell_columns& understory, const point_clusters& clusters,
                                      std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
                                      const execution& how) {
@@ -525,11 +516,10 @@ inline double tolerance_from_scatter(const cell_columns& understory, const point
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Cylinders that look like stems, in the order of the clusters, whose members
-/// are positions in the understory points. `normals`: empty, or unit normals of
-/// all understory points, of any sign; cylinders are then drawn from points and
-/// normals, as in [GM], instead of circles seen along a column. The tolerance
-/// used stands in the result.
+/// Cylinders that look like stems, in the order of the clusters, whose members are positions in the
+/// understory points. `normals`: empty, or unit normals of all understory points, of any sign; cylinders are
+/// then drawn from points and normals, as in [GM], instead of circles seen along a column. The tolerance used
+/// stands in the result.
 inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const point_clusters& clusters,
                                           std::span<const Eigen::Vector3f> normals = {},
                                           stem_cylinder_options options = {}, const execution& how = {}) {

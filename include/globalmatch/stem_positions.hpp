@@ -34,7 +34,8 @@ struct stem {
   double height_sigma = 0;                             ///< [m] uncertainty of the ground's height
   double quality = 1;                                  ///< probability that it is a stem, `stem_quality`
   bool ground_seen = true;                             ///< false: the terrain is interpolated there
-  std::vector<point_index> support;                    ///< points of the scan that lie on it, increasing
+  /// Points of the scan that lie on it, increasing; of those that were not thinned out
+  std::vector<point_index> support;
 };
 
 template <>
