@@ -261,9 +261,8 @@ Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
 /// How well the probabilities hold, in bins of as many pairs each.
 void print_calibration(std::vector<result> results) {
   constexpr std::size_t bins = 20;
-  std::stable_sort(results.begin(), results.end(), [](const result& a, const result& b) {
-    return a.match.probability < b.match.probability;
-  });
+  detail::sort_stably(
+      results, [](const result& a, const result& b) { return a.match.probability < b.match.probability; });
   double brier = 0, right = 0, off = 0;
   std::size_t wrong_but_sure = 0;
   std::cout << "\n| pairs | mean probability | share that is right |\n|---|---|---|\n";

@@ -12,7 +12,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -24,6 +23,7 @@
 #include "globalmatch/plan_index.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/position_set.hpp"
+#include "globalmatch/sort_stably.hpp"
 #include "globalmatch/statistics.hpp"
 #include "globalmatch/transform.hpp"
 
@@ -117,17 +117,9 @@ inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
   return merit(a) > merit(b);
 }
 
-/// Ranks hypotheses, the best first; equal ones keep their order. (`std::stable_sort` would move them through
-/// a buffer that libstdc++ 12 does not align as Eigen asks when compiled for AVX.)
+/// Ranks hypotheses, the best first; equal ones keep their order.
 inline void rank(std::vector<hypothesis>& hypotheses) {
-  std::vector<std::size_t> order(hypotheses.size());
-  std::iota(order.begin(), order.end(), std::size_t(0));
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return ranks_before(hypotheses[a], hypotheses[b]); });
-  std::vector<hypothesis> ranked;
-  ranked.reserve(hypotheses.size());
-  for (const std::size_t i : order) ranked.push_back(std::move(hypotheses[i]));
-  hypotheses = std::move(ranked);
+  detail::sort_stably(hypotheses, ranks_before);
 }
 
 /// Ranks hypotheses and forgets all but the `most` best.

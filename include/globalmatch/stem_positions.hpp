@@ -15,6 +15,7 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
 #include "globalmatch/points.hpp"
+#include "globalmatch/sort_stably.hpp"
 #include "globalmatch/stem_cylinders.hpp"
 #include "globalmatch/stem_foot.hpp"
 #include "globalmatch/terrain.hpp"
@@ -57,7 +58,7 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
   std::vector<rooted> fragments, merged;
   for (stem_cylinder& s : found.stems)
     if (const auto foot = meet_terrain(s.cylinder, ground)) fragments.push_back({std::move(s), foot->z()});
-  std::stable_sort(fragments.begin(), fragments.end(), [](const rooted& a, const rooted& b) {
+  detail::sort_stably(fragments, [](const rooted& a, const rooted& b) {
     return a.stem.support.size() > b.stem.support.size();
   });
   const auto same_stem = [](const rooted& a, const rooted& b) {
