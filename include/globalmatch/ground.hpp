@@ -134,50 +134,31 @@ struct moment_raster {
   int columns = 0, rows = 0;
   std::vector<plane_moments> blocks;  ///< row by row
 
-  const plane_moments& block(int c, int r) const {
-    return blocks[std::size_t(r) * std::size_t(columns) + std::size_t(c)];
-  }
-  /// Blocks of twice the width, in the memory of another raster.
-  void halve_into(moment_raster& half, const execution& how) const {
-    half.width = 2 * width;
-    half.columns = (columns + 1) / 2;
-    half.rows = (rows + 1) / 2;
-    half.blocks.assign(std::size_t(half.columns) * std::size_t(half.rows), {});
-    parallel_for(
-        how, "ground", std::size_t(half.rows),
-        [&](std::size_t row) {
-          plane_moments* sums = half.blocks.data() + row * std::size_t(half.columns);
-          for (int r = 2 * int(row); r < std::min(2 * int(row) + 2, rows); ++r)
-            for (int c = 0; c < columns; ++c) sums[c / 2] += block(c, r);
-        },
-        16);
-  }
+  const plane_moments* row(int r) const { return blocks.data() + std::size_t(r) * std::size_t(columns); }
+  plane_moments* row(int r) { return blocks.data() + std::size_t(r) * std::size_t(columns); }
 };
 
 /// Planes through the points of the blocks around each block; where these are too few, of ever larger ones.
-/// Keeps its memory from one fit to the next.
 class plane_pyramid {
  public:
-  /// Empty blocks, to be filled before a fit.
-  moment_raster& cleared(double width, int columns, int rows) {
-    if (scales_.empty()) scales_.emplace_back();
-    moment_raster& finest = scales_.front().raster;
-    finest.width = width;
-    finest.columns = columns;
-    finest.rows = rows;
-    finest.blocks.assign(std::size_t(columns) * std::size_t(rows), {});
-    return finest;
-  }
-
-  /// A plane for each block, not known when there are no points at all. Refers to the pyramid.
-  const std::vector<local_plane>& fit(int reach, double least, const execution& how) {
+  /// A plane for each of `columns` x `rows` blocks `width` [m] wide, not known when there are no points at
+  /// all. `add_row(r, moments)` adds the points of row r to the moments of its blocks; it is called for some
+  /// rows twice, in parallel. Takes the blocks within `reach` around each. Refers to the pyramid.
+  template <class AddRow>
+  const std::vector<local_plane>& fit(double width, int columns, int rows, int reach, double least,
+                                      const AddRow& add_row, const execution& how) {
+    scales_.resize(std::max<std::size_t>(scales_.size(), 1));
+    scales_[0].raster = {width, columns, rows, {}};  // the finest moments are used as they come
+    fit_scale(0, reach, least, add_row, how);
     std::size_t top = 0;
-    for (; scales_[top].raster.columns > 1 || scales_[top].raster.rows > 1; ++top) {
-      if (scales_.size() == top + 1) scales_.emplace_back();
-      scales_[top].raster.halve_into(scales_[top + 1].raster, how);
-    }
-    for (std::size_t s = top + 1; s-- > 0;)
-      fit_scale(scales_[s], s < top ? &scales_[s + 1] : nullptr, reach, least, how);
+    for (; !is_top(scales_[top].raster); ++top)
+      fit_scale(
+          top + 1, reach, least,
+          [&, &raster = scales_[top + 1].raster](int r, plane_moments* moments) {
+            std::copy_n(raster.row(r), raster.columns, moments);
+          },
+          how);
+    for (; top > 0; --top) take_over(scales_[top], scales_[top - 1], how);
     return scales_.front().planes;
   }
 
@@ -186,45 +167,80 @@ class plane_pyramid {
     moment_raster raster;
     std::vector<local_plane> planes;
   };
+  static constexpr std::size_t rows_a_part = 16;  // even: two rows make one of the next scale
 
-  static void fit_scale(scale& here, const scale* coarser, int reach, double least, const execution& how) {
-    const moment_raster& raster = here.raster;
-    const int near = coarser ? reach : 0;
-    here.planes.resize(raster.blocks.size());
-    parallel_chunks(how, "ground", std::size_t(raster.rows), 16, [&](std::size_t begin, std::size_t end) {
+  static bool is_top(const moment_raster& raster) { return raster.columns == 1 && raster.rows == 1; }
+
+  /// Fits the planes of a scale, and sums its moments for the next one, of blocks of twice the width.
+  template <class AddRow>
+  void fit_scale(std::size_t number, int reach, double least, const AddRow& add_row, const execution& how) {
+    scales_.resize(std::max(scales_.size(), number + 2));
+    scale& here = scales_[number];
+    const int columns = here.raster.columns, rows = here.raster.rows;
+    const int near = is_top(here.raster) ? 0 : reach;
+    moment_raster& half = scales_[number + 1].raster;
+    half.width = 2 * here.raster.width, half.columns = (columns + 1) / 2, half.rows = (rows + 1) / 2;
+    half.blocks.assign(std::size_t(half.columns) * std::size_t(half.rows), {});
+    here.planes.resize(std::size_t(columns) * std::size_t(rows));
+    parallel_chunks(how, "ground", std::size_t(rows), rows_a_part, [&](std::size_t begin, std::size_t end) {
       // Sums over a square of blocks are kept: what comes in is added, what goes out is taken away.
-      std::vector<plane_moments> of_column(static_cast<std::size_t>(raster.columns));
-      const auto add_row = [&](int r) {
-        for (int c = 0; c < raster.columns && r < raster.rows; ++c)
-          of_column[std::size_t(c)] += raster.block(c, r);
+      moment_raster window{here.raster.width, columns, 2 * near + 1, {}};
+      window.blocks.resize(std::size_t(window.columns) * std::size_t(window.rows));
+      std::vector<plane_moments> of_column(static_cast<std::size_t>(columns));
+      const auto enter = [&](int r) {
+        if (r >= rows) return;
+        plane_moments* row = window.row(r % window.rows);
+        std::fill_n(row, columns, plane_moments{});
+        add_row(r, row);
+        for (int c = 0; c < columns; ++c) of_column[std::size_t(c)] += row[c];
+        if (r < int(begin) || r >= int(end)) return;
+        plane_moments* sums = half.row(r / 2);
+        for (int c = 0; c < columns; ++c) sums[c / 2] += row[c];
       };
-      for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) add_row(r);
+      const auto leave = [&](int r) {
+        const plane_moments* row = window.row(r % window.rows);
+        for (int c = 0; c < columns && r >= 0; ++c) of_column[std::size_t(c)] -= row[c];
+      };
+      for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) enter(r);
       for (int r = int(begin); r < int(end); ++r) {
-        add_row(r + near);
-        fit_row(here, coarser, r, of_column, near, least);
-        if (r >= near)
-          for (int c = 0; c < raster.columns; ++c) of_column[std::size_t(c)] -= raster.block(c, r - near);
+        enter(r + near);
+        fit_row(here, r, of_column, near, is_top(here.raster) ? 1 : least);
+        leave(r - near);
       }
     });
   }
 
   /// `of_column`: sums over the rows near.
-  static void fit_row(scale& here, const scale* coarser, int r, const std::vector<plane_moments>& of_column,
-                      int near, double least) {
+  static void fit_row(scale& here, int r, const std::vector<plane_moments>& of_column, int near,
+                      double least) {
     const moment_raster& raster = here.raster;
     plane_moments around;
     for (int c = 0; c < std::min(near, raster.columns); ++c) around += of_column[std::size_t(c)];
     for (int c = 0; c < raster.columns; ++c) {
       if (c + near < raster.columns) around += of_column[std::size_t(c + near)];
-      local_plane& plane = here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)];
-      const double x = (c + 0.5) * raster.width, y = (r + 0.5) * raster.width;
-      plane = around.fit(x, y, coarser ? least : 1);
+      here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)] =
+          around.fit((c + 0.5) * raster.width, (r + 0.5) * raster.width, least);
       if (c >= near) around -= of_column[std::size_t(c - near)];
-      if (plane.known() || !coarser) continue;
-      const moment_raster& wide = coarser->raster;
-      plane = coarser->planes[std::size_t(r / 2) * std::size_t(wide.columns) + std::size_t(c / 2)];
-      plane.height = plane.at(float(x - (c / 2 + 0.5) * wide.width), float(y - (r / 2 + 0.5) * wide.width));
     }
+  }
+
+  /// Blocks without a plane take that of the wider block around them.
+  static void take_over(const scale& wide, scale& here, const execution& how) {
+    const double width = here.raster.width, twice = wide.raster.width;
+    parallel_for(
+        how, "ground", std::size_t(here.raster.rows),
+        [&](std::size_t row) {
+          const int r = int(row);
+          local_plane* planes = here.planes.data() + row * std::size_t(here.raster.columns);
+          for (int c = 0; c < here.raster.columns; ++c) {
+            if (planes[c].known()) continue;
+            local_plane& plane = planes[c];
+            plane = wide.planes[std::size_t(r / 2) * std::size_t(wide.raster.columns) + std::size_t(c / 2)];
+            plane.height = plane.at(float((c + 0.5) * width - (c / 2 + 0.5) * twice),
+                                    float((r + 0.5) * width - (r / 2 + 0.5) * twice));
+          }
+        },
+        16);
   }
 
   std::vector<scale> scales_;  // from fine to coarse; those of an earlier, larger raster may follow
@@ -313,10 +329,13 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
       },
       8);
   detail::plane_pyramid pyramid;
-  detail::moment_raster& sparse = pyramid.cleared(width, across, along);
-  for (std::size_t i = 0; i < lowest_of.size(); ++i)
-    if (!std::isnan(lowest_of[i].z())) sparse.blocks[i].add(lowest_of[i]);
-  const auto& wider = pyramid.fit(reach, 6, how);
+  const auto& wider = pyramid.fit(
+      width, across, along, reach, 6,
+      [&](int r, detail::plane_moments* moments) {
+        for (int c = 0; c < across; ++c)
+          if (const Eigen::Vector3f& p = lowest_of[block(c, r)]; !std::isnan(p.z())) moments[c].add(p);
+      },
+      how);
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (!planes[i].known()) planes[i] = wider[i];
 
@@ -371,24 +390,30 @@ class heights_along_cells {
   const float *lower_, *upper_;
 };
 
-/// Hands the ground points to the terrain, node by node; `kept` counts them. False when there are none.
-inline bool collect_ground(const lowest_raster& lowest, const std::vector<std::uint8_t>& is_ground,
-                           const moment_raster& kept, terrain& result, const execution& how) {
-  result.first_ground.reserve(kept.blocks.size() + 1);
+/// Which of the lowest points are ground, and how many of them lie at each node.
+struct ground_marks {
+  std::vector<std::uint8_t> is_ground;  // by cell
+  std::vector<std::uint8_t> of_node;
+};
+
+/// Hands the ground points to the terrain, node by node. False when there are none.
+inline bool collect_ground(const lowest_raster& lowest, const ground_marks& marks, terrain& result,
+                           const execution& how) {
+  result.first_ground.reserve(marks.of_node.size() + 1);
   result.first_ground.push_back(0);
-  for (const plane_moments& node : kept.blocks)
-    result.first_ground.push_back(result.first_ground.back() + static_cast<std::uint32_t>(node.n));
+  for (const std::uint8_t count : marks.of_node)
+    result.first_ground.push_back(result.first_ground.back() + count);
   result.ground.resize(result.first_ground.back());
   parallel_for(
-      how, "ground", std::size_t(kept.rows),
+      how, "ground", std::size_t(result.rows),
       [&](std::size_t row) {
-        for (int c = 0; c < kept.columns; ++c) {
+        for (int c = 0; c < result.columns; ++c) {
           std::uint32_t next = result.first_ground[result.node(c, int(row))];
           for (int dr = 0; dr < lowest_per_cloth_cell; ++dr)
             for (int dc = 0; dc < lowest_per_cloth_cell; ++dc) {
               const std::size_t i =
                   lowest.cell(c * lowest_per_cloth_cell + dc, int(row) * lowest_per_cloth_cell + dr);
-              if (is_ground[i]) result.ground[next++] = lowest.points[i];
+              if (marks.is_ground[i]) result.ground[next++] = lowest.points[i];
             }
         }
       },
@@ -397,20 +422,22 @@ inline bool collect_ground(const lowest_raster& lowest, const std::vector<std::u
 }
 
 /// Marks the nodes of a terrain that ground lies near, within `hole` nodes.
-inline void mark_data(const moment_raster& kept, int hole, terrain& result, const execution& how) {
+inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrain& result,
+                      const execution& how) {
   const auto is_near = [&](int column, int row) {
-    if (kept.block(column, row).n > 0) return true;
-    for (int r = std::max(row - hole, 0); r <= std::min(row + hole, kept.rows - 1); ++r)
-      for (int c = std::max(column - hole, 0); c <= std::min(column + hole, kept.columns - 1); ++c)
-        if (kept.block(c, r).n > 0 && (r - row) * (r - row) + (c - column) * (c - column) <= hole * hole)
+    if (of_node[result.node(column, row)] > 0) return true;
+    for (int r = std::max(row - hole, 0); r <= std::min(row + hole, result.rows - 1); ++r)
+      for (int c = std::max(column - hole, 0); c <= std::min(column + hole, result.columns - 1); ++c)
+        if (of_node[result.node(c, r)] > 0 &&
+            (r - row) * (r - row) + (c - column) * (c - column) <= hole * hole)
           return true;
     return false;
   };
-  result.has_data.resize(kept.blocks.size());
+  result.has_data.resize(of_node.size());
   parallel_for(
-      how, "ground", std::size_t(kept.rows),
+      how, "ground", std::size_t(result.rows),
       [&](std::size_t row) {
-        for (int c = 0; c < kept.columns; ++c)
+        for (int c = 0; c < result.columns; ++c)
           result.has_data[result.node(c, int(row))] = is_near(c, int(row)) ? 1 : 0;
       },
       16);
@@ -434,41 +461,47 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   result.rows = rows;
   result.heights = std::move(heights);
 
-  std::vector<std::uint8_t> is_ground(lowest.points.size(), 0);
-  const auto band_below = float(-options.ground_band);
-  detail::plane_pyramid pyramid;
-  const auto keep_near = [&](double above) -> const detail::moment_raster& {
-    detail::moment_raster& moments = pyramid.cleared(result.resolution, columns, rows);
+  // Calls `visit(i, c, p)` for the cells of a row of nodes whose point lies near the heights so far.
+  const auto for_each_near = [&](int row, double above, const auto& visit) {
     constexpr int cells = detail::lowest_per_cloth_cell;  // a node
-    parallel_for(
-        how, "ground", std::size_t(rows),
-        [&](std::size_t row) {
-          for (int r = int(row) * cells; r < (int(row) + 1) * cells; ++r) {
-            const detail::heights_along_cells ground(result, r);
-            for (int c = 0; c < lowest.columns; ++c) {
-              const std::size_t i = lowest.cell(c, r);
-              const Eigen::Vector3f& p = lowest.points[i];
-              if (std::isnan(p.z())) continue;
-              const float height = p.z() - ground.at(c, p.x(), p.y());
-              is_ground[i] = height > band_below && height < float(above);
-              if (is_ground[i]) moments.blocks[result.node(c / cells, int(row))].add(p);
-            }
-          }
-        },
-        16);
-    return moments;
+    const auto band_below = float(-options.ground_band), band_above = float(above);
+    for (int r = row * cells; r < (row + 1) * cells; ++r) {
+      const detail::heights_along_cells ground(result, r);
+      for (int c = 0; c < lowest.columns; ++c) {
+        const std::size_t i = lowest.cell(c, r);
+        const Eigen::Vector3f& p = lowest.points[i];
+        if (std::isnan(p.z())) continue;
+        const float height = p.z() - ground.at(c, p.x(), p.y());
+        if (height > band_below && height < band_above) visit(i, c / cells, p);
+      }
+    }
   };
+  detail::plane_pyramid pyramid;
   for (const auto& [above, reach] :
        {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
-    keep_near(above);
-    const auto& planes = pyramid.fit(reach, least_points, how);
+    const auto& planes = pyramid.fit(
+        result.resolution, columns, rows, reach, least_points,
+        [&, limit = above](int row, detail::plane_moments* moments) {
+          for_each_near(row, limit, [&](std::size_t, int c, const Eigen::Vector3f& p) { moments[c].add(p); });
+        },
+        how);
     parallel_for(how, "ground", planes.size(), [&](std::size_t i) {
       if (planes[i].known()) result.heights[i] = planes[i].height;
     });
   }
-  const detail::moment_raster& kept = keep_near(roughness);
-  if (!detail::collect_ground(lowest, is_ground, kept, result, how)) return {};
-  detail::mark_data(kept, int(options.hole_radius / result.resolution), result, how);
+  detail::ground_marks marks{std::vector<std::uint8_t>(lowest.points.size()),
+                             std::vector<std::uint8_t>(result.heights.size())};
+  parallel_for(
+      how, "ground", std::size_t(rows),
+      [&](std::size_t row) {
+        for_each_near(int(row), roughness, [&](std::size_t i, int c, const Eigen::Vector3f&) {
+          marks.is_ground[i] = 1;
+          ++marks.of_node[result.node(c, int(row))];
+        });
+      },
+      16);
+  if (!detail::collect_ground(lowest, marks, result, how)) return {};
+  detail::mark_data(marks.of_node, int(options.hole_radius / result.resolution), result, how);
   return result;
 }
 

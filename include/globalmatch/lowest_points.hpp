@@ -14,6 +14,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -69,103 +70,134 @@ class tiled_minima {
     std::array<lowest, cells_a_tile> cells;
     std::array<float, cells_a_tile> rounded;  // their heights: most points are told by these
     tile() { rounded.fill(std::numeric_limits<float>::infinity()); }
+    void take_lower(const tile& other) {
+      for (std::size_t i = 0; i < cells_a_tile; ++i)
+        if (other.cells[i] < cells[i]) cells[i] = other.cells[i];
+    }
   };
   using key = std::pair<std::int64_t, std::int64_t>;  // (row, column) of the tile
+  using tile_map = std::map<key, std::unique_ptr<tile>>;
 
   explicit tiled_minima(double resolution)
-      : per_cell_(1 / resolution), tile_size_(resolution * tile_cells), near_(near_tiles * near_tiles) {}
+      : per_cell_(1 / resolution),
+        tile_size_(resolution * tile_cells),
+        near_(near_tiles * near_tiles + 1, &none_) {}
+  tiled_minima(const tiled_minima&) = delete;
+  tiled_minima& operator=(const tiled_minima&) = delete;
 
-  double tile_size() const { return tile_size_; }
-  const std::map<key, std::unique_ptr<tile>>& tiles() const { return tiles_; }
+  const tile_map& tiles() const { return tiles_; }
 
   static bool within_reach(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < beyond_any_plot; }
 
-  /// False when the point is of no plot.
-  bool add(const Eigen::Vector3d& p) {
-    constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
-    const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
-    if (!(gx >= 0 && gx < all && gy >= 0 && gy < all && std::abs(p.z()) < beyond_any_plot)) return add_far(p);
-    const auto c = static_cast<unsigned>(static_cast<int>(gx)),
-               r = static_cast<unsigned>(static_cast<int>(gy));
-    const unsigned column = c / tile_cells, row = r / tile_cells;
-    tile*& found = near_[row * near_tiles + column];
-    const key k{std::int64_t(row) - near_tiles / 2, std::int64_t(column) - near_tiles / 2};
-    if (found == nullptr) found = &tile_at(k);
-    const std::size_t cell = r % tile_cells * tile_cells + c % tile_cells;
-    if (float(p.z()) <= found->rounded[cell]) keep(*found, cell, p, k);
-    return true;
-  }
-
-  /// Takes over what is lower in another raster of the same frame and resolution.
-  void merge(const tiled_minima& other) {
-    for (const auto& [k, theirs] : other.tiles_) {
-      tile& ours = tile_at(k);
-      for (std::size_t i = 0; i < cells_a_tile; ++i)
-        if (theirs->cells[i] < ours.cells[i]) ours.cells[i] = theirs->cells[i];
+  static constexpr std::size_t batch_size = 256;
+  /// At most a batch of points. Returns how many are of no plot.
+  std::size_t add(std::span<const Eigen::Vector3d> points) {
+    std::array<place, batch_size> places;
+    std::array<unsigned, batch_size> candidates;
+    for (std::size_t i = 0; i < points.size(); ++i) places[i] = place_of(points[i]);
+    std::size_t count = 0, lost = 0;
+    for (unsigned i = 0; i < points.size(); ++i) {  // without branches, which nobody could foretell
+      candidates[count] = i;
+      count += float(points[i].z()) <= near_[places[i].tile]->rounded[places[i].cell];
     }
-  }
-
-  static std::size_t occupied(const tile& t) {
-    return std::size_t(
-        std::count_if(t.cells.begin(), t.cells.end(), [](const lowest& c) { return !c.empty(); }));
-  }
-
-  /// The group of adjoining tiles that holds most cells: what the scan is of.
-  std::vector<key> main_group() const {
-    std::map<key, bool> seen;
-    std::vector<key> best;
-    std::size_t best_count = 0;
-    for (const auto& entry : tiles_) {
-      if (seen[entry.first]) continue;
-      std::vector<key> group{entry.first};
-      seen[entry.first] = true;
-      std::size_t count = 0;
-      for (std::size_t i = 0; i < group.size(); ++i) {
-        const auto [row, column] = group[i];
-        count += occupied(*tiles_.at(group[i]));
-        for (int dr = -1; dr <= 1; ++dr)
-          for (int dc = -1; dc <= 1; ++dc) {
-            const key next{row + dr, column + dc};
-            if (tiles_.contains(next) && !std::exchange(seen[next], true)) group.push_back(next);
-          }
-      }
-      if (count > best_count) {
-        best_count = count;
-        best = std::move(group);
-      }
-    }
-    return best;
+    for (std::size_t k = 0; k < count; ++k)
+      if (!keep(points[candidates[k]], places[candidates[k]])) ++lost;
+    return lost;
   }
 
  private:
-  static constexpr int near_tiles = 128;  // along and across, around the first point, found without a search
+  static constexpr unsigned near_tiles = 128;  // along and across, around the first point
+  static constexpr unsigned elsewhere = near_tiles * near_tiles;
+  struct place {
+    unsigned tile, cell;
+  };
 
-  tile& tile_at(const key& k) {
-    std::unique_ptr<tile>& found = tiles_[k];
-    if (!found) found = std::make_unique<tile>();
-    return *found;
+  place place_of(const Eigen::Vector3d& p) const {
+    constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
+    const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
+    const bool near = (gx >= 0) & (gx < all) & (gy >= 0) & (gy < all) & (std::abs(p.z()) < beyond_any_plot);
+    if (!near) return {elsewhere, 0};
+    const auto c = static_cast<unsigned>(static_cast<int>(gx)),
+               r = static_cast<unsigned>(static_cast<int>(gy));
+    return {r / tile_cells * near_tiles + c / tile_cells, r % tile_cells * tile_cells + c % tile_cells};
   }
-  void keep(tile& t, std::size_t cell, const Eigen::Vector3d& p, const key& k) const {
+  bool keep(const Eigen::Vector3d& p, const place& at) {
+    if (at.tile == elsewhere) return keep_far(p);
+    const key k{int(at.tile / near_tiles) - int(near_tiles / 2),
+                int(at.tile % near_tiles) - int(near_tiles / 2)};
+    if (near_[at.tile] == &none_) near_[at.tile] = &tile_at(k);
+    keep_in(*near_[at.tile], k, at.cell, p);
+    return true;
+  }
+  bool keep_far(const Eigen::Vector3d& p) {
+    if (!within_reach(p)) return false;
+    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
+    const auto cell = [&](double v, std::int64_t t) {
+      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
+    };
+    keep_in(tile_at(k), k, std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second)), p);
+    return true;
+  }
+  void keep_in(tile& t, const key& k, std::size_t cell, const Eigen::Vector3d& p) const {
     const lowest candidate{p.z(), float(p.x() - double(k.second) * tile_size_),
                            float(p.y() - double(k.first) * tile_size_)};
     if (!(candidate < t.cells[cell])) return;
     t.cells[cell] = candidate;
     t.rounded[cell] = float(p.z());
   }
-  bool add_far(const Eigen::Vector3d& p) {
-    if (!within_reach(p)) return false;
-    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
-    const auto cell = [&](double v, std::int64_t t) {
-      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
-    };
-    keep(tile_at(k), std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second)), p, k);
-    return true;
+  tile& tile_at(const key& k) {
+    std::unique_ptr<tile>& found = tiles_[k];
+    if (!found) found = std::make_unique<tile>();
+    return *found;
   }
 
   double per_cell_, tile_size_;
-  std::map<key, std::unique_ptr<tile>> tiles_;
-  std::vector<tile*> near_;
+  tile_map tiles_;
+  tile none_;                // where no point was yet, and elsewhere
+  std::vector<tile*> near_;  // found without a search
 };
+
+/// A tile with what all threads found.
+struct gathered_tile {
+  tiled_minima::key key;
+  tiled_minima::tile* minima = nullptr;
+  std::size_t occupied = 0;  // cells
+  double lowest = 0;
+};
+
+/// The group of adjoining tiles that holds most cells: what the scan is of. `tiles` are sorted by key.
+inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& tiles) {
+  const auto find = [&](const tiled_minima::key& k) {
+    const auto at = std::lower_bound(tiles.begin(), tiles.end(), k,
+                                     [](const gathered_tile& t, const auto& key) { return t.key < key; });
+    return at != tiles.end() && at->key == k ? std::size_t(at - tiles.begin()) : tiles.size();
+  };
+  std::vector<bool> seen(tiles.size() + 1, false);
+  seen.back() = true;  // no tile
+  std::vector<std::size_t> best;
+  std::size_t best_count = 0;
+  for (std::size_t first = 0; first < tiles.size(); ++first) {
+    if (seen[first]) continue;
+    std::vector<std::size_t> group{first};
+    seen[first] = true;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < group.size(); ++i) {
+      const auto [row, column] = tiles[group[i]].key;
+      count += tiles[group[i]].occupied;
+      for (int dr = -1; dr <= 1; ++dr)
+        for (int dc = -1; dc <= 1; ++dc)
+          if (const std::size_t next = find({row + dr, column + dc}); !seen[next]) {
+            seen[next] = true;
+            group.push_back(next);
+          }
+    }
+    if (count > best_count) {
+      best_count = count;
+      best = std::move(group);
+    }
+  }
+  return best;
+}
 
 /// The first point of a scan that may be of a plot.
 template <point_range R>
@@ -175,6 +207,32 @@ std::optional<Eigen::Vector3d> first_within_reach(const R& scan) {
   return std::nullopt;
 }
 
+inline namespace GLOBALMATCH_THREADING {
+
+/// Puts together what threads found, in the tiles of one of them; by key.
+inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
+                                              const execution& how) {
+  std::map<tiled_minima::key, std::vector<tiled_minima::tile*>> parts;
+  for (const auto& raster : rasters)
+    for (const auto& [key, tile] : raster->tiles()) parts[key].push_back(tile.get());
+  std::vector<gathered_tile> tiles;
+  for (const auto& part : parts) tiles.push_back({part.first, part.second.front()});
+  parallel_for(
+      how, "ground", tiles.size(),
+      [&](std::size_t i) {
+        gathered_tile& gathered = tiles[i];
+        const auto& of_threads = parts.at(gathered.key);
+        for (std::size_t k = 1; k < of_threads.size(); ++k) gathered.minima->take_lower(*of_threads[k]);
+        const auto& cells = gathered.minima->cells;
+        gathered.occupied =
+            std::size_t(std::count_if(cells.begin(), cells.end(), [](const auto& c) { return !c.empty(); }));
+        gathered.lowest = std::min_element(cells.begin(), cells.end())->z;
+      },
+      8);
+  return tiles;
+}
+
+}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 inline namespace GLOBALMATCH_THREADING {
@@ -207,43 +265,44 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
           }
         }
         if (!minima) minima = std::make_unique<tiled_minima>(resolution);
-        std::size_t points = 0, lost = 0;
+        std::array<Eigen::Vector3d, tiled_minima::batch_size> batch;
+        std::size_t in_batch = 0, points = 0, lost = 0;
+        const auto hand_over = [&] {
+          lost += minima->add({batch.data(), in_batch});
+          points += std::exchange(in_batch, 0);
+        };
         const std::size_t not_finite = visit_points([&](const Eigen::Vector3d& p, point_index) {
-          ++points;
-          if (!minima->add(raster.frame.to_local(p))) ++lost;
+          batch[in_batch++] = raster.frame.to_local(p);
+          if (in_batch == batch.size()) hand_over();
         });
+        hand_over();
         const std::lock_guard lock(door);
         funnel.points += points + not_finite;
         funnel.not_finite += lost + not_finite;
         idle.push_back(std::move(minima));
       });
-  tiled_minima minima(resolution);
-  for (std::size_t i = 0; i < idle.size(); ++i)
-    if (i == 0)
-      minima = std::move(*idle[0]);
-    else
-      minima.merge(*idle[i]);
 
-  const auto group = minima.main_group();
+  const auto tiles = detail::merge_tiles(idle, how);
+  const auto group = detail::main_group(tiles);
+  for (const auto& t : tiles) funnel.cells += t.occupied;
+  funnel.cells_apart = funnel.cells;
   if (group.empty()) return raster;
+  auto [row_low, column_low] = tiles[group.front()].key;
+  auto [row_high, column_high] = tiles[group.front()].key;
   std::vector<double> heights;  // the lowest of each tile
-  std::int64_t row_low = group.front().first, row_high = row_low;
-  std::int64_t column_low = group.front().second, column_high = column_low;
-  for (const auto& k : group) {
-    row_low = std::min(row_low, k.first), row_high = std::max(row_high, k.first);
-    column_low = std::min(column_low, k.second), column_high = std::max(column_high, k.second);
-    const auto& tile = *minima.tiles().at(k);
-    funnel.cells += tiled_minima::occupied(tile);
-    heights.push_back(std::min_element(tile.cells.begin(), tile.cells.end())->z);
+  for (const std::size_t i : group) {
+    const auto [row, column] = tiles[i].key;
+    row_low = std::min(row_low, row), row_high = std::max(row_high, row);
+    column_low = std::min(column_low, column), column_high = std::max(column_high, column);
+    funnel.cells_apart -= tiles[i].occupied;
+    heights.push_back(tiles[i].lowest);
   }
-  for (const auto& entry : minima.tiles()) funnel.cells_apart += tiled_minima::occupied(*entry.second);
-  funnel.cells_apart -= funnel.cells;
-  funnel.cells += funnel.cells_apart;
 
   // Whole metres above the first point: a shifted scan then gives the same local coordinates, bit for bit.
   const auto middle = heights.begin() + std::ptrdiff_t(heights.size() / 2);
   std::nth_element(heights.begin(), middle, heights.end());
-  const Eigen::Vector3d corner(double(column_low) * minima.tile_size(), double(row_low) * minima.tile_size(),
+  const double tile_size = resolution * tiled_minima::tile_cells;
+  const Eigen::Vector3d corner(double(column_low) * tile_size, double(row_low) * tile_size,
                                std::floor(*middle));
   raster.frame.origin = raster.frame.to_scan(corner);
   raster.columns = int(column_high - column_low + 1) * tiled_minima::tile_cells;
@@ -253,10 +312,9 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   parallel_for(
       how, "ground", group.size(),
       [&](std::size_t g) {
-        const tiled_minima::key& k = group[g];
-        const auto& tile = *minima.tiles().at(k);
-        const Eigen::Vector3d tile_corner(double(k.second - column_low) * minima.tile_size(),
-                                          double(k.first - row_low) * minima.tile_size(), -corner.z());
+        const auto& [k, tile] = std::tie(tiles[group[g]].key, *tiles[group[g]].minima);
+        const Eigen::Vector3d tile_corner(double(k.second - column_low) * tile_size,
+                                          double(k.first - row_low) * tile_size, -corner.z());
         for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
           const auto& lowest = tile.cells[std::size_t(i)];
           if (lowest.empty()) continue;

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <limits>
 #include <stdexcept>
@@ -31,80 +32,110 @@ inline void require_valid(const understory_options& options) {
 
 namespace detail {
 
-/// The heights between which each cell of a terrain raster may hold understory points: most points are told
-/// by these, without interpolation. A border of one cell lies around, for the points beyond.
+inline namespace GLOBALMATCH_THREADING {
+
+/// The heights between which each cell of a terrain raster may hold understory points, and those between
+/// which it holds nothing else: most points are told by these, without interpolation. A border of one cell
+/// lies around, for the points beyond.
 class layer_limits {
  public:
-  layer_limits(const terrain& ground, const understory_options& options)
-      : per_cell_(1 / ground.resolution), last_column_(ground.columns + 1), last_row_(ground.rows + 1) {
-    limits_.reserve(std::size_t(last_column_ + 1) * std::size_t(last_row_ + 1));
-    for (int r = -1; r <= ground.rows; ++r)
-      for (int c = -1; c <= ground.columns; ++c) {
-        limits l{std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity()};
-        for (int dr = -1; dr <= 1; ++dr)  // heights in a cell lie between those of the nodes around
-          for (int dc = -1; dc <= 1; ++dc) {
-            const std::size_t node = ground.node(std::clamp(c + dc, 0, ground.columns - 1),
-                                                 std::clamp(r + dr, 0, ground.rows - 1));
-            l.lowest = std::min(l.lowest, ground.heights[node]);
-            l.highest = std::max(l.highest, ground.heights[node]);
-          }
-        constexpr float rounding = 0.001f;  // [m]
-        limits_.push_back(
-            {l.lowest + float(options.lowest) - rounding, l.highest + float(options.highest) + rounding});
-      }
-  }
-
-  /// False where (x, y, z) is certainly not between the limits.
-  bool may_hold(double x, double y, float z) const {
-    const int c = number(x, last_column_), r = number(y, last_row_);
-    const limits& l = limits_[std::size_t(r) * std::size_t(last_column_ + 1) + std::size_t(c)];
-    return (z >= l.lowest) & (z <= l.highest);
-  }
-
- private:
   struct limits {
-    float lowest, highest;
+    float lowest, highest, surely_lowest, surely_highest;
+
+    bool may_hold(float z) const { return (z >= lowest) & (z <= highest); }
+    bool holds(float z) const { return (z >= surely_lowest) & (z <= surely_highest); }
   };
-  int number(double v, double last) const {
-    return static_cast<int>(std::min(std::max(v * per_cell_ + 1, 0.0), last));
+
+  layer_limits(const terrain& ground, const understory_options& options, const execution& how)
+      : per_cell_(float(1 / ground.resolution)),
+        last_column_(float(ground.columns + 1)),
+        last_row_(float(ground.rows + 1)),
+        columns_(ground.columns + 2),
+        limits_(std::size_t(columns_) * std::size_t(ground.rows + 2)) {
+    parallel_for(
+        how, "understory", std::size_t(ground.rows + 2),
+        [&](std::size_t row) {
+          fill_row(ground, options, int(row) - 1, limits_.data() + row * std::size_t(columns_));
+        },
+        16);
   }
 
-  double per_cell_;
-  int last_column_, last_row_;
-  std::vector<limits> limits_;
-};
-
-/// Points that are kept as they come, in memory for as many as there may be. Whether one is kept is told
-/// after it is written: nothing is branched on.
-class kept_points {
- public:
-  explicit kept_points(std::size_t most) : x_(most), y_(most), z_(most), index_(most) {}
-
-  void add(const Eigen::Vector3f& p, point_index i, bool keep) {
-    x_[count_] = p.x(), y_[count_] = p.y(), z_[count_] = p.z();
-    index_[count_] = i;
-    count_ += keep;
-  }
-  std::size_t size() const { return count_; }
-  /// Of these again those such that `keep(x, y, z)`, which is asked in their order.
-  template <class Keep>
-  void filter(Keep keep) {
-    const std::size_t all = std::exchange(count_, 0);
-    for (std::size_t k = 0; k < all; ++k) add({x_[k], y_[k], z_[k]}, index_[k], keep(x_[k], y_[k], z_[k]));
-  }
-  void copy_to(local_points& points) const {
-    const auto count = static_cast<std::ptrdiff_t>(count_);
-    points.x.assign(x_.begin(), x_.begin() + count);
-    points.y.assign(y_.begin(), y_.begin() + count);
-    points.z.assign(z_.begin(), z_.begin() + count);
-    points.index.assign(index_.begin(), index_.begin() + count);
-  }
+  /// Of the cell that (x, y) lies in.
+  int cell(float x, float y) const { return number(y, last_row_) * columns_ + number(x, last_column_); }
+  const limits& of(int cell) const { return limits_[static_cast<std::size_t>(cell)]; }
 
  private:
-  unset_vector<float> x_, y_, z_;
-  unset_vector<point_index> index_;
-  std::size_t count_ = 0;
+  /// Heights in a cell lie between those of the nodes around.
+  void fill_row(const terrain& ground, const understory_options& options, int row, limits* of_row) const {
+    constexpr float rounding = 0.001f, unbounded = std::numeric_limits<float>::infinity();
+    const auto low = float(options.lowest), high = float(options.highest);
+    std::vector<float> least(std::size_t(columns_), unbounded), most(std::size_t(columns_), -unbounded);
+    for (int r = row - 1; r <= row + 1; ++r) {
+      const float* heights = ground.heights.data() + ground.node(0, std::clamp(r, 0, ground.rows - 1));
+      for (std::size_t c = 0; c < std::size_t(ground.columns); ++c) {
+        least[c + 1] = std::min(least[c + 1], heights[c]);
+        most[c + 1] = std::max(most[c + 1], heights[c]);
+      }
+    }
+    for (int c = 0; c < columns_; ++c) {
+      const auto here = std::size_t(c), left = std::size_t(std::max(c - 1, 0)),
+                 right = std::size_t(std::min(c + 1, columns_ - 1));
+      const float lowest = std::min({least[left], least[here], least[right]});
+      const float highest = std::max({most[left], most[here], most[right]});
+      of_row[c] = {lowest + low - rounding, highest + high + rounding, highest + low + rounding,
+                   lowest + high - rounding};
+      const bool beyond = c == 0 || c + 1 == columns_ || row < 0 || row == ground.rows;
+      if (beyond) of_row[c].surely_lowest = unbounded;
+    }
+  }
+  int number(float v, float last) const {
+    return static_cast<int>(std::min(std::max(v * per_cell_ + 1, 0.0f), last));
+  }
+
+  float per_cell_, last_column_, last_row_;
+  int columns_;
+  unset_vector<limits> limits_;
 };
+
+}  // namespace GLOBALMATCH_THREADING
+
+/// Points on their way through the selection, few enough for the nearest cache.
+struct point_batch {
+  static constexpr std::size_t most = 256;
+  std::array<float, most> x, y, z;
+  std::array<point_index, most> index;
+  std::size_t count = 0;
+
+  void push_back(const Eigen::Vector3f& p, point_index i) {
+    x[count] = p.x(), y[count] = p.y(), z[count] = p.z();
+    index[count++] = i;
+  }
+  Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// Calls `visit(i)` for the points of a batch in the layer, in their order.
+template <class Visit>
+void for_each_in_layer(const point_batch& batch, const terrain& ground, const layer_limits& limits,
+                       const understory_options& options, const Visit& visit) {
+  std::array<int, point_batch::most> cells;
+  for (std::size_t i = 0; i < batch.count; ++i) cells[i] = limits.cell(batch.x[i], batch.y[i]);
+  std::array<unsigned, point_batch::most> candidates;
+  std::size_t count = 0;
+  for (unsigned i = 0; i < batch.count; ++i) {  // without branches, which nobody could foretell
+    candidates[count] = i;
+    count += limits.of(cells[i]).may_hold(batch.z[i]);
+  }
+  for (std::size_t k = 0; k < count; ++k) {
+    const unsigned i = candidates[k];
+    const float x = batch.x[i], y = batch.y[i], z = batch.z[i];
+    if (!limits.of(cells[i]).holds(z)) {
+      if (!ground.covers(x, y)) continue;
+      const double height = z - ground.interpolated_height(x, y);
+      if (!(height >= options.lowest && height <= options.highest)) continue;
+    }
+    visit(i);
+  }
+}
 
 /// Understory points, in a part for each chunk of the scan.
 struct understory_parts {
@@ -124,7 +155,7 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
   require_valid(options);
   understory_parts result;
   if (ground.empty()) return result;
-  const layer_limits limits(ground, options);
+  const layer_limits limits(ground, options, how);
   const auto least_squared = static_cast<float>(apart * apart);
   std::vector<std::size_t> in_layer;
   read_in_chunks(
@@ -134,27 +165,26 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
         in_layer.resize(chunks);
       },
       [&](std::size_t chunk, const auto& visit_points) {
-        kept_points kept(points_a_chunk);
-        visit_points([&](const Eigen::Vector3d& p, point_index i) {
-          const Eigen::Vector3d local = ground.frame.to_local(p);
-          const Eigen::Vector3f rounded = local.cast<float>();
-          kept.add(rounded, i, limits.may_hold(local.x(), local.y(), rounded.z()));
-        });
-        kept.filter([&](float x, float y, float z) {
-          if (!ground.covers(x, y)) return false;
-          const double height = z - ground.interpolated_height(x, y);
-          return height >= options.lowest && height <= options.highest;
-        });
-        in_layer[chunk] = kept.size();
-        if (apart > 0)
-          kept.filter([&, last = Eigen::Vector3f(Eigen::Vector3f::Constant(1e9f))](float x, float y,
-                                                                                   float z) mutable {
-            const Eigen::Vector3f here(x, y, z);
-            const bool is_apart = (here - last).squaredNorm() >= least_squared;
-            if (is_apart) last = here;
-            return is_apart;
+        local_points kept;
+        kept.reserve(points_a_chunk);
+        Eigen::Vector3f last = Eigen::Vector3f::Constant(1e9f);
+        point_batch batch;
+        const auto hand_over = [&] {
+          for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
+            ++in_layer[chunk];
+            const Eigen::Vector3f p = batch[i];
+            if ((p - last).squaredNorm() < least_squared) return;
+            last = p;
+            kept.push_back(p, batch.index[i]);
           });
-        kept.copy_to(result.parts[chunk]);
+          batch.count = 0;
+        };
+        visit_points([&](const Eigen::Vector3d& p, point_index i) {
+          batch.push_back(ground.frame.to_local(p).cast<float>(), i);
+          if (batch.count == point_batch::most) hand_over();
+        });
+        hand_over();
+        result.parts[chunk] = kept;  // in no more memory than they take
       });
   for (const std::size_t count : in_layer) result.in_layer += count;
   return result;
