@@ -260,7 +260,7 @@ TEST_CASE("a radius is less sure beyond the points it was seen by, where taper i
   random_source random(10);
   const cylinder truth = upright(0, 0, 1.5, 0.15);
   const auto seen = on_surface(random, truth, 300, {.from = -1, .to = 1, .noise = 0.003});
-  const auto covariance = cylinder_covariance(truth, seen.points, 0.003, 0.005);
+  const auto covariance = cylinder_covariance(truth, seen.points, 0.003, {.usual_taper = 0.005});
   CHECK(radius_uncertainty(covariance, 3) > 2 * radius_uncertainty(covariance, 0));
   CHECK(radius_uncertainty(cylinder_covariance(truth, seen.points, 0.003), 3) ==
         Approx(radius_uncertainty(cylinder_covariance(truth, seen.points, 0.003), 0)).epsilon(0.01));

@@ -37,7 +37,8 @@ struct cylinder_options {
   /// points tell little of it (ours; stems grow about 1 cm thinner a metre). Empty: cylinders proper, as in
   /// [GM].
   std::optional<double> usual_taper = {};
-  int draws = 300;  ///< at most this many hypotheses (ours)
+  double taper_weight = 60;  ///< it is held as firmly as so many points at one metre would hold it (ours)
+  int draws = 300;           ///< at most this many hypotheses (ours)
   std::uint64_t seed = 1;
 };
 
@@ -53,6 +54,7 @@ inline void require_valid(const cylinder_options& options) {
     throw std::invalid_argument("cylinder.largest_lean must lie in [0, 90) degrees");
   if (options.distance_tolerance && !(*options.distance_tolerance > 0))
     throw std::invalid_argument("cylinder.distance_tolerance must be positive");
+  if (!(options.taper_weight > 0)) throw std::invalid_argument("cylinder.taper_weight must be positive");
   if (options.draws < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
 }
 
@@ -163,11 +165,11 @@ struct cylinder_equations {
     normal.diagonal().array() += damping * double(count);
   }
 
-  /// Holds the taper near the usual one, as so many points at one metre would; without one it is none.
-  void expect_taper(double taper, const std::optional<double>& usual) {
-    const double weight = usual ? 30 : 1e9;
+  /// Holds the taper near the usual one; without one it is none.
+  void expect_taper(double taper, const cylinder_options& options) {
+    const double weight = options.usual_taper ? options.taper_weight : 1e9;
     normal(5, 5) += weight;
-    right(5) += weight * (usual.value_or(0) - taper);
+    right(5) += weight * (options.usual_taper.value_or(0) - taper);
   }
 
  private:
@@ -230,7 +232,7 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
   for (int round = 0; round < rounds; ++round) {
     detail::cylinder_equations equations(c, points, reach);
     if (equations.count < 6) return std::nullopt;
-    equations.expect_taper(c.taper, options.usual_taper);
+    equations.expect_taper(c.taper, options);
     const detail::cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
     c.point += step(0) * equations.u + step(1) * equations.v;
     c.axis = (c.axis + step(2) * equations.u + step(3) * equations.v).normalized();
@@ -251,9 +253,9 @@ using cylinder_covariance_matrix = Eigen::Matrix<double, 6, 6>;
 /// little of its curve.
 inline cylinder_covariance_matrix cylinder_covariance(const cylinder& c,
                                                       std::span<const Eigen::Vector3d> points, double sigma,
-                                                      const std::optional<double>& usual_taper = {}) {
+                                                      const cylinder_options& options = {}) {
   detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
-  equations.expect_taper(c.taper, usual_taper);
+  equations.expect_taper(c.taper, options);
   return sigma * sigma * equations.normal.ldlt().solve(cylinder_covariance_matrix::Identity());
 }
 

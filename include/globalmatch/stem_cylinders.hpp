@@ -269,8 +269,7 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
   for (std::size_t k = 0; k < found.support.size(); k += step)
     support.push_back(position_of(points, found.support[k]));
   found.rms = std::sqrt(squares / double(found.support.size()));
-  found.covariance =
-      cylinder_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder.usual_taper);
+  found.covariance = cylinder_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder);
   if (axis_uncertainty(found.covariance) > options.largest_sigma) return std::nullopt;
   return found;
 }

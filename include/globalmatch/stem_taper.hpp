@@ -19,24 +19,6 @@
 
 namespace globalmatch {
 
-/// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
-/// support. Nothing when that quarter is too small to tell.
-inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stems) {
-  constexpr std::size_t least_stems = 10;
-  const std::size_t best = stems.size() / 4;
-  if (best < least_stems) return std::nullopt;
-  std::vector<const stem_cylinder*> by_support;
-  for (const stem_cylinder& s : stems) by_support.push_back(&s);
-  std::stable_sort(by_support.begin(), by_support.end(),
-                   [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
-  std::vector<double> tapers;
-  for (std::size_t k = 0; k < best; ++k)
-    tapers.push_back(by_support[k]->cylinder.taper / by_support[k]->cylinder.radius);
-  const auto middle = tapers.begin() + std::ptrdiff_t(best / 2);
-  std::nth_element(tapers.begin(), middle, tapers.end());
-  return *middle;
-}
-
 /// Fits a stem anew to its support above the root flare, on which a taper that is no stem's would bend the
 /// axis; it stays as it is where too little of it is seen there. Its uncertainty is told anew.
 inline void refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
@@ -53,32 +35,55 @@ inline void refit_above_root_flare(stem_cylinder& stem, const local_points& poin
   const auto refined = refine_cylinder(stem.cylinder, above, tolerance, options);
   if (!refined) return;
   stem.cylinder = *refined;
-  stem.covariance =
-      cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options.usual_taper);
+  stem.covariance = cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options);
 }
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// Fits all stems anew above the root flare, twice where the scan's best seen stems tell a taper: then with
-/// that in place of `options.usual_taper`. One side of a stem tells its lean and its taper apart poorly, and
-/// a taper that is too small leans the axis, so that it meets the ground too near to the scanner. Without
+/// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
+/// support, each fitted with next to no taper expected. Nothing when that quarter is too small to tell.
+inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stems, const local_points& points,
+                                          const terrain& ground, double tolerance, cylinder_options options,
+                                          const execution& how = {}) {
+  constexpr std::size_t least_stems = 10;
+  const std::size_t best = stems.size() / 4;
+  if (best < least_stems) return std::nullopt;
+  std::vector<const stem_cylinder*> by_support;
+  for (const stem_cylinder& s : stems) by_support.push_back(&s);
+  std::stable_sort(by_support.begin(), by_support.end(),
+                   [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
+  options.taper_weight = 1;
+  std::vector<double> tapers(best);
+  parallel_for(
+      how, "stem positions", best,
+      [&](std::size_t i) {
+        stem_cylinder stem = *by_support[i];
+        refit_above_root_flare(stem, points, ground, tolerance, options);
+        tapers[i] = stem.cylinder.taper / stem.cylinder.radius;
+      },
+      4);
+  const auto middle = tapers.begin() + std::ptrdiff_t(best / 2);
+  std::nth_element(tapers.begin(), middle, tapers.end());
+  return *middle;
+}
+
+/// Fits all stems anew above the root flare, with the taper that the scan's best seen stems tell in place of
+/// `options.usual_taper`, where they do. One side of a stem tells its lean and its taper apart poorly, and a
+/// taper that is too small leans the axis, so that it meets the ground too near to the scanner. Without
 /// `options.usual_taper` the stems are cylinders proper and stay as they are.
 inline void refit_with_common_taper(std::vector<stem_cylinder>& stems, const local_points& points,
                                     const terrain& ground, double tolerance, const cylinder_options& options,
                                     const execution& how = {}) {
   if (!options.usual_taper) return;
-  const auto refit_all = [&](const std::optional<double>& relative_taper) {
-    parallel_for(
-        how, "stem positions", stems.size(),
-        [&](std::size_t i) {
-          cylinder_options own = options;
-          if (relative_taper) own.usual_taper = *relative_taper * stems[i].cylinder.radius;
-          refit_above_root_flare(stems[i], points, ground, tolerance, own);
-        },
-        4);
-  };
-  refit_all(std::nullopt);
-  if (const auto relative_taper = common_taper(stems)) refit_all(relative_taper);
+  const auto relative_taper = common_taper(stems, points, ground, tolerance, options, how);
+  parallel_for(
+      how, "stem positions", stems.size(),
+      [&](std::size_t i) {
+        cylinder_options own = options;
+        if (relative_taper) own.usual_taper = *relative_taper * stems[i].cylinder.radius;
+        refit_above_root_flare(stems[i], points, ground, tolerance, own);
+      },
+      4);
 }
 
 }  // namespace GLOBALMATCH_THREADING
