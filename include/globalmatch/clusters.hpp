@@ -43,6 +43,11 @@ class disjoint_sets {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
+  /// That of each member. It is never greater than any other, so that one pass tells all.
+  const std::vector<point_index>& representatives() {
+    for (point_index& parent : parent_) parent = parent_[parent];
+    return parent_;
+  }
   void join(point_index i, point_index j) {
     i = find(i);
     j = find(j);
@@ -117,23 +122,22 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
     for (std::size_t column = first; column < last; ++column) join_around(column, first, last, window);
   }
 
-  std::vector<std::size_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
-  const auto count = [&](cell_index c) { return cells.points_end(c) - cells.points_begin(c); };
+  const std::vector<point_index>& representatives = sets.representatives();
+  std::vector<std::uint32_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
   for (cell_index c = 0; c < cells.cells(); ++c)
-    if (reach_of[c] > 0) points_of[sets.find(c)] += count(c);
+    if (reach_of[c] > 0) points_of[representatives[c]] += cells.points_end(c) - cells.points_begin(c);
   point_clusters clusters;
   for (cell_index c = 0; c < cells.cells(); ++c) {
     if (points_of[c] == 0 || points_of[c] < least_points) continue;
-    place[c] = clusters.first.back();
+    place[c] = static_cast<std::uint32_t>(clusters.first.back());
     clusters.first.push_back(place[c] + points_of[c]);
   }
   clusters.members.resize(clusters.first.back());
   for (cell_index c = 0; c < cells.cells(); ++c) {
-    if (reach_of[c] == 0) continue;
-    const point_index representative = sets.find(c);
-    if (points_of[representative] < least_points) continue;
-    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p)
-      clusters.members[place[representative]++] = p;
+    const point_index representative = representatives[c];
+    if (reach_of[c] == 0 || points_of[representative] < least_points) continue;
+    std::uint32_t& next = place[representative];
+    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p) clusters.members[next++] = p;
   }
   return clusters;
 }

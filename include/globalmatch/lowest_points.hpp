@@ -307,8 +307,10 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   raster.frame.origin = raster.frame.to_scan(corner);
   raster.columns = int(column_high - column_low + 1) * tiled_minima::tile_cells;
   raster.rows = int(row_high - row_low + 1) * tiled_minima::tile_cells;
-  raster.points.assign(std::size_t(raster.columns) * std::size_t(raster.rows),
-                       Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
+  raster.points.resize(std::size_t(raster.columns) * std::size_t(raster.rows));
+  parallel_for(
+      how, "ground", raster.points.size(),
+      [&](std::size_t i) { raster.points[i].setConstant(std::numeric_limits<float>::quiet_NaN()); }, 1 << 14);
   parallel_for(
       how, "ground", group.size(),
       [&](std::size_t g) {

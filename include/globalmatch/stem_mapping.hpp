@@ -131,16 +131,21 @@ namespace detail {
 constexpr double cell_width =
     0.05;  // [m] of the understory's cells: 27 of them are nearly [GM]'s ball of 10 cm
 
-/// Quantile of the spacings of surfaces; reorders them.
+/// Notes how far the points on surfaces are apart: the first and the last decile.
 template <class Surface>
-double spacing_quantile(const std::vector<Surface>& surfaces, double share) {
+void tell_spacing(const std::vector<Surface>& surfaces, stem_map& map) {
   std::vector<float> spacings;
+  spacings.reserve(surfaces.size());
   for (const Surface& s : surfaces)
     if (s.spacing > 0) spacings.push_back(s.spacing);
-  if (spacings.empty()) return 0;
-  const auto at = spacings.begin() + std::ptrdiff_t(share * double(spacings.size() - 1));
-  std::nth_element(spacings.begin(), at, spacings.end());
-  return *at;
+  if (spacings.empty()) return;
+  const auto at = [&](double share) {
+    return spacings.begin() + std::ptrdiff_t(share * double(spacings.size() - 1));
+  };
+  std::nth_element(spacings.begin(), at(0.9), spacings.end());
+  map.spacing_far = *at(0.9);
+  std::nth_element(spacings.begin(), at(0.1), at(0.9) + 1);
+  map.spacing_near = *at(0.1);
 }
 
 /// Clusters of the vertical points; members are positions in the understory.
@@ -180,8 +185,7 @@ inline stem_points stem_points_by_cells(std::vector<local_points> understory, co
   map.funnel.stem_points =
       std::size_t(std::count_if(surfaces.begin(), surfaces.end(),
                                 [&](const cell_surface& s) { return is_stem_cell(s, options.verticality); }));
-  map.spacing_near = spacing_quantile(surfaces, 0.1);
-  map.spacing_far = spacing_quantile(surfaces, 0.9);
+  tell_spacing(surfaces, map);
   return found;
 }
 
@@ -197,8 +201,7 @@ inline stem_points stem_points_by_points(const local_points& understory, const m
   for (const local_surface& s : surfaces) found.normals.push_back(s.normal);
   map.funnel.thinned = points.size();
   map.funnel.stem_points = vertical.size();
-  map.spacing_near = spacing_quantile(surfaces, 0.1);
-  map.spacing_far = spacing_quantile(surfaces, 0.9);
+  tell_spacing(surfaces, map);
   return found;
 }
 
@@ -210,14 +213,18 @@ inline namespace GLOBALMATCH_THREADING {
 /// scanner, which are dense, would outweigh the others in a fine registration.
 inline std::vector<point_index> thin_in_cells(const local_points& sorted,
                                               const std::vector<point_index>& chosen) {
+  // Cells are counted from far below, so that cutting the fraction off rounds down.
+  constexpr double below = 1 << 24;
   std::vector<point_index> kept;
-  Eigen::Vector3d cell = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Array3i cell = Eigen::Array3i::Constant(-1);
   double least = 0;
   for (const point_index i : chosen) {
-    const Eigen::Vector3d at = sorted[i].cast<double>() / cell_width, own = at.array().floor();
-    const double squared = (at - own - Eigen::Vector3d::Constant(0.5)).squaredNorm();
-    if (own == cell && squared >= least) continue;
-    if (own != cell) kept.emplace_back();
+    const Eigen::Array3d at = sorted[i].array().cast<double>() * (1 / cell_width) + below;
+    const Eigen::Array3i own = at.cast<int>();
+    const double squared = (at - own.cast<double>() - 0.5).square().sum();
+    const bool is_same = (own == cell).all();
+    if (is_same && squared >= least) continue;
+    if (!is_same) kept.emplace_back();
     kept.back() = i;
     cell = own;
     least = squared;
