@@ -109,24 +109,26 @@ TEST_CASE("points in many parts are sorted as if they came in one") {
 TEST_CASE("a window holds the columns around one that a search among all finds, wherever it is moved") {
   random_source random(4);
   const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 3000, 10)), 0.2);
-  const auto around = [&](std::size_t column, std::int32_t reach) {
+  const auto around = [&](std::size_t column, std::int32_t reach, std::int32_t from) {
     std::vector<std::size_t> found;
     const auto& center = cells.column_at(column);
-    for (std::size_t c = 0; c < cells.columns(); ++c)
-      if (std::max(std::abs(cells.column_at(c).x - center.x), std::abs(cells.column_at(c).y - center.y)) <=
-          reach)
-        found.push_back(c);
+    for (std::size_t c = 0; c < cells.columns(); ++c) {
+      const auto away =
+          std::max(std::abs(cells.column_at(c).x - center.x), std::abs(cells.column_at(c).y - center.y));
+      if (away <= reach && away >= from) found.push_back(c);
+    }
     return found;
   };
   column_window window(cells);
   const auto agrees_at = [&](std::size_t column) {
     window.move_to(column);
     bool same = true;
-    for (std::int32_t reach = 0; reach <= column_window::widest; ++reach) {
-      std::vector<std::size_t> found;
-      window.for_each_within(reach, [&](std::size_t c) { found.push_back(c); });
-      same = same && found == around(column, reach);
-    }
+    for (std::int32_t reach = 0; reach <= column_window::widest; ++reach)
+      for (const std::int32_t from : {0, reach}) {
+        std::vector<std::size_t> found;
+        window.for_each_within(reach, from, [&](std::size_t c) { found.push_back(c); });
+        same = same && found == around(column, reach, from);
+      }
     return same;
   };
   bool same = true;

@@ -140,13 +140,17 @@ class column_window {
     runs_known_ = true;
   }
 
-  /// Calls `visit(column)` for the columns within `reach` cells, increasing.
+  /// Calls `visit(column)` for the columns within `reach` cells, along or across, and at least `from` away;
+  /// increasing.
   template <class Visit>
-  void for_each_within(std::int32_t reach, const Visit& visit) const {
-    for (std::int32_t k = widest - reach; k <= widest + reach; ++k) {
-      const run& r = runs_[std::size_t(k)];
-      for (std::size_t c = r.begin; c < r.end; ++c)
-        if (std::abs(cells_.column_at(c).x - x_) <= reach) visit(c);
+  void for_each_within(std::int32_t reach, std::int32_t from, const Visit& visit) const {
+    for (std::int32_t k = -reach; k <= reach; ++k) {
+      const run& r = runs_[std::size_t(k + widest)];
+      const std::int32_t least = std::abs(k) >= from ? 0 : from;
+      for (std::size_t c = r.begin; c < r.end; ++c) {
+        const std::int32_t away = std::abs(cells_.column_at(c).x - x_);
+        if (away <= reach && away >= least) visit(c);
+      }
     }
   }
 

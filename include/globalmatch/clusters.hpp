@@ -85,7 +85,7 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
     if (widest == 0) return;
     window.move_to(column);
     const auto& here = cells.column_at(column);
-    window.for_each_within(widest, [&](std::size_t other) {
+    window.for_each_within(widest, 0, [&](std::size_t other) {
       if (other < first_column || other >= last_column) return;
       const auto& there = cells.column_at(other);
       const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/cell_columns.hpp"
 #include "globalmatch/cylinder.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_points.hpp"
@@ -99,6 +100,26 @@ inline double stem_quality(const stem_cylinder& found) {
   return 1 / (1 + std::exp(-evidence));
 }
 
+namespace detail {
+
+/// The indices in the scan of some points, increasing.
+inline std::vector<point_index> in_scan_order(const std::vector<point_index>& chosen,
+                                              const local_points& points) {
+  struct entry {
+    point_index key;
+  };
+  std::vector<entry> entries, spare;
+  entries.reserve(chosen.size());
+  for (const point_index i : chosen) entries.push_back({points.index[i]});
+  radix_sort(entries, spare);
+  std::vector<point_index> indices;
+  indices.reserve(chosen.size());
+  for (const entry& e : entries) indices.push_back(e.key);
+  return indices;
+}
+
+}  // namespace detail
+
 /// A stem in the frame of the scan, where the axis of a cylinder meets the terrain; nothing when that lies
 /// beyond the raster. `points` are those that the support counts in.
 inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_points& points,
@@ -126,8 +147,7 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
   s.ground_seen = ground.knows(position->x(), position->y());
-  for (const point_index i : found.support) s.support.push_back(points.index[i]);
-  std::sort(s.support.begin(), s.support.end());
+  s.support = detail::in_scan_order(found.support, points);
   return s;
 }
 

@@ -176,21 +176,24 @@ class sums_by_height {
         of_cell_[c - first_].add(points.x[p], points.y[p], points.z[p]);
   }
 
-  /// Of the columns within `reach` cells, for cells between two heights.
-  void gather(const column_window& window, std::int32_t reach, std::int32_t lowest, std::int32_t highest) {
-    reach_ = reach;
-    lowest_ = lowest - reach;
-    sums_.assign(std::size_t(highest + reach - lowest_ + 1), {});
-    window.for_each_within(reach, [&](std::size_t column) {
+  /// Nothing yet, for a stack of cells between two heights.
+  void start(std::int32_t lowest, std::int32_t highest) {
+    bottom_ = lowest - widest;
+    sums_.assign(std::size_t(highest + widest - bottom_ + 1), {});
+  }
+  /// Adds the columns `reach` cells away, to those nearer, for cells between two heights of the stack.
+  void widen(const column_window& window, std::int32_t reach, std::int32_t lowest, std::int32_t highest) {
+    window.for_each_within(reach, reach == 1 ? 0 : reach, [&](std::size_t column) {
       const cell_columns::cell_index end = cells_.cells_end(column);
-      for (auto c = cells_.first_from(column, lowest_); c < end && cells_[c].height <= highest + reach; ++c)
-        sums_[std::size_t(cells_[c].height - lowest_)] += of_cell_[c - first_];
+      for (auto c = cells_.cells_begin(column); c < end && cells_[c].height <= highest + widest; ++c)
+        if (cells_[c].height >= lowest - widest)
+          sums_[std::size_t(cells_[c].height - bottom_)] += of_cell_[c - first_];
     });
   }
   /// Over the heights within reach of one.
-  moments around(std::int32_t height) const {
+  moments around(std::int32_t height, std::int32_t reach) const {
     moments sum;
-    for (std::int32_t h = height - reach_; h <= height + reach_; ++h) sum += sums_[std::size_t(h - lowest_)];
+    for (std::int32_t h = height - reach; h <= height + reach; ++h) sum += sums_[std::size_t(h - bottom_)];
     return sum;
   }
 
@@ -198,7 +201,8 @@ class sums_by_height {
   const cell_columns& cells_;
   cell_columns::cell_index first_;
   std::vector<moments> of_cell_;
-  std::int32_t reach_ = 0, lowest_ = 0;
+  static constexpr std::int32_t widest = column_window::widest;
+  std::int32_t bottom_ = 0;
   std::vector<moments> sums_;
 };
 
@@ -228,16 +232,18 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
         const cell_index first = next++;  // of a stack of cells
         while (next < cells.cells_end(column) && cells[next].height - cells[next - 1].height <= widest)
           ++next;
-        bool all_known = false;
-        for (std::int32_t reach = 1; reach <= widest && !all_known; ++reach) {
-          sums.gather(window, reach, cells[first].height, cells[next - 1].height);
+        sums.start(cells[first].height, cells[next - 1].height);
+        cell_index low = first, high = next;  // not known are some from `low` to before `high`
+        for (std::int32_t reach = 1; reach <= widest && low < high; ++reach) {
+          sums.widen(window, reach, cells[low].height, cells[high - 1].height);
           const double least = reach == widest ? 4 : options.least_neighbors;
-          all_known = true;
-          for (cell_index c = first; c < next; ++c) {
+          const cell_index begin = low, end = high;
+          low = end, high = begin;
+          for (cell_index c = begin; c < end; ++c) {
             if (surfaces[c].reach != 0) continue;
-            const detail::moments sum = sums.around(cells[c].height);
+            const detail::moments sum = sums.around(cells[c].height, reach);
             if (sum.n < least) {
-              all_known = false;
+              low = std::min(low, c), high = c + 1;
               continue;
             }
             surfaces[c] = {static_cast<float>(sum.verticality()),
