@@ -86,14 +86,14 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
     window.move_to(column);
     const auto& here = cells.column_at(column);
     window.for_each_within(widest, 0, [&](std::size_t other) {
-      if (other < first_column || other >= last_column) return;
+      // Cells of equal reach see each other: once is enough.
+      if (other < first_column || other >= last_column || (widest == 1 && other < column)) return;
       const auto& there = cells.column_at(other);
       const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
       cell_index at = cells.cells_begin(other);
       const cell_index last = cells.cells_end(other);
       for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
         const std::int32_t reach = reach_of[c], height = cells[c].height;
-        // Cells of equal reach see each other: once is enough.
         if (reach == 0 || away > reach || (reach == 1 && other < column)) continue;
         while (at < last && cells[at].height < height - widest) ++at;
         for (cell_index o = at; o < last && cells[o].height <= height + reach; ++o)
@@ -102,7 +102,7 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
     });
   };
   // Blocks of rows are joined in themselves, each alone, then those that touch along their border.
-  constexpr std::size_t rows_a_block = 64, widest_reach = column_window::widest;
+  constexpr std::size_t rows_a_block = 128, widest_reach = column_window::widest;
   const std::size_t blocks = (cells.rows() + rows_a_block - 1) / rows_a_block;
   const auto first_of_row = [&](std::size_t row) {
     return row < cells.rows() ? cells.columns_begin(row) : cells.columns();
