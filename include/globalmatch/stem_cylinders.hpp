@@ -118,6 +118,9 @@ class column_raster {
     }
     // With other cells than those the points are sorted by a column may come in several parts.
     std::sort(columns_.begin(), columns_.end());
+    for (std::size_t c = 0; c < columns_.size(); ++c)
+      rows_.resize(std::size_t(columns_[c].y - columns_.front().y) + 1, c);
+    rows_.push_back(columns_.size());
     for (column& c : columns_) update(c);
   }
 
@@ -176,9 +179,13 @@ class column_raster {
   template <class Visit>
   void for_each_between(std::int32_t left, std::int32_t right, std::int32_t low, std::int32_t high,
                         const Visit& visit) const {
-    for (std::int32_t row = low; row <= high; ++row) {
-      auto c = std::lower_bound(columns_.begin(), columns_.end(), column{row, left, 0});
-      for (; c != columns_.end() && c->y == row && c->x <= right; ++c) visit(*c);
+    if (columns_.empty()) return;
+    const std::int32_t first = columns_.front().y;
+    for (std::int32_t row = std::max(low, first); row <= std::min(high, columns_.back().y); ++row) {
+      const auto begin = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row - first)]);
+      const auto end = columns_.begin() + std::ptrdiff_t(rows_[std::size_t(row - first) + 1]);
+      auto c = std::lower_bound(begin, end, left, [](const column& a, std::int32_t x) { return a.x < x; });
+      for (; c != end && c->x <= right; ++c) visit(*c);
     }
   }
   template <class Visit>
@@ -197,7 +204,8 @@ class column_raster {
 
   std::span<const point_index> members_;
   double cell_;
-  std::vector<column> columns_;
+  std::vector<column> columns_;    // row by row
+  std::vector<std::size_t> rows_;  // where each begins, and the last one ends
 };
 
 /// Calls `visit(i, d)` for the understory points within `distance` of the cylinder's surface or inside it,
