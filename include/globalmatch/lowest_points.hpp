@@ -87,7 +87,8 @@ class tiled_minima {
 
   const tile_map& tiles() const { return tiles_; }
 
-  static bool within_reach(const Eigen::Vector3d& p) { return p.cwiseAbs().maxCoeff() < beyond_any_plot; }
+  /// False also for what is not a number.
+  static bool within_reach(const Eigen::Vector3d& p) { return (p.array().abs() < beyond_any_plot).all(); }
 
   static constexpr std::size_t batch_size = 256;
   /// At most a batch of points. Returns how many are of no plot.
@@ -203,7 +204,7 @@ inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& til
 template <point_range R>
 std::optional<Eigen::Vector3d> first_within_reach(const R& scan) {
   for (const auto& p : scan)
-    if (const Eigen::Vector3d v = xyz(p); all_finite(v) && tiled_minima::within_reach(v)) return v;
+    if (const Eigen::Vector3d v = xyz(p); tiled_minima::within_reach(v)) return v;
   return std::nullopt;
 }
 
@@ -271,14 +272,14 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
           lost += minima->add({batch.data(), in_batch});
           points += std::exchange(in_batch, 0);
         };
-        const std::size_t not_finite = visit_points([&](const Eigen::Vector3d& p, point_index) {
+        visit_points([&](const Eigen::Vector3d& p, point_index) {
           batch[in_batch++] = raster.frame.to_local(p);
           if (in_batch == batch.size()) hand_over();
         });
         hand_over();
         const std::lock_guard lock(door);
-        funnel.points += points + not_finite;
-        funnel.not_finite += lost + not_finite;
+        funnel.points += points;
+        funnel.not_finite += lost;
         idle.push_back(std::move(minima));
       });
 

@@ -88,8 +88,9 @@ class layer_limits {
       if (beyond) of_row[c].surely_lowest = unbounded;
     }
   }
+  /// That of the border for what is not a number.
   int number(float v, float last) const {
-    return static_cast<int>(std::min(std::max(v * per_cell_ + 1, 0.0f), last));
+    return static_cast<int>(std::min(std::max(0.0f, v * per_cell_ + 1), last));
   }
 
   float per_cell_, last_column_, last_row_;
