@@ -76,20 +76,6 @@ TEST_CASE("runs near a place hold all points within reach, and none far away") {
   }
 }
 
-TEST_CASE("the first cell of a column from a height on is that which a search of all cells finds") {
-  random_source random(6);
-  const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 2000, 3)), 0.3);
-  bool same = true;
-  for (std::size_t column = 0; column < cells.columns(); ++column)
-    for (std::int32_t height = -1; height < 30; ++height) {
-      auto expected = cells.cells_begin(column);
-      while (expected < cells.cells_end(column) && cells[expected].height < height) ++expected;
-      same = same && cells.first_from(column, height) == expected;
-    }
-  CHECK(cells.columns() > 100);
-  CHECK(same);
-}
-
 TEST_CASE("points in many parts are sorted as if they came in one") {
   random_source random(7);
   const local_points all = scenes::as_local(scenes::random_cloud(random, 4000, 10));

@@ -70,15 +70,6 @@ class cell_columns {
   std::size_t columns_begin(std::size_t row) const { return parts_.rows[row]; }
   std::size_t columns_end(std::size_t row) const { return parts_.rows[row + 1]; }
 
-  /// The first cell of a column at a height or above, or where the column ends.
-  cell_index first_from(std::size_t column, std::int32_t height) const {
-    const auto begin = parts_.cells.begin() + std::ptrdiff_t(cells_begin(column));
-    const auto end = parts_.cells.begin() + std::ptrdiff_t(cells_end(column));
-    const auto found =
-        std::lower_bound(begin, end, height, [](const cell& c, std::int32_t h) { return c.height < h; });
-    return static_cast<cell_index>(found - parts_.cells.begin());
-  }
-
   /// Numbers of the columns of a row from x = `left` to `right`: [begin, end).
   std::pair<std::size_t, std::size_t> columns_between(std::int32_t row, std::int32_t left,
                                                       std::int32_t right) const {

@@ -147,17 +147,17 @@ class plane_pyramid {
   template <class AddRow>
   const std::vector<local_plane>& fit(double width, int columns, int rows, int reach, double least,
                                       const AddRow& add_row, const execution& how) {
-    scales_.resize(std::max<std::size_t>(scales_.size(), 1));
+    std::size_t top = 0;  // the scale of a single block
+    for (int blocks = std::max(columns, rows); blocks > 1; blocks = (blocks + 1) / 2) ++top;
+    scales_.resize(std::max(scales_.size(), top + 1));
     scales_[0].raster = {width, columns, rows, {}};  // the finest moments are used as they come
-    fit_scale(0, reach, least, add_row, how);
-    std::size_t top = 0;
-    for (; !is_top(scales_[top].raster); ++top)
+    fit_scale(0, top, reach, least, add_row, how);
+    for (std::size_t s = 1; s <= top; ++s) {
+      const moment_raster& raster = scales_[s].raster;
       fit_scale(
-          top + 1, reach, least,
-          [&, &raster = scales_[top + 1].raster](int r, plane_moments* moments) {
-            std::copy_n(raster.row(r), raster.columns, moments);
-          },
-          how);
+          s, top, reach, least,
+          [&](int r, plane_moments* moments) { std::copy_n(raster.row(r), raster.columns, moments); }, how);
+    }
     for (; top > 0; --top) take_over(scales_[top], scales_[top - 1], how);
     return scales_.front().planes;
   }
@@ -169,18 +169,17 @@ class plane_pyramid {
   };
   static constexpr std::size_t rows_a_part = 16;  // even: two rows make one of the next scale
 
-  static bool is_top(const moment_raster& raster) { return raster.columns == 1 && raster.rows == 1; }
-
   /// Fits the planes of a scale, and sums its moments for the next one, of blocks of twice the width.
   template <class AddRow>
-  void fit_scale(std::size_t number, int reach, double least, const AddRow& add_row, const execution& how) {
-    scales_.resize(std::max(scales_.size(), number + 2));
+  void fit_scale(std::size_t number, std::size_t top, int reach, double least, const AddRow& add_row,
+                 const execution& how) {
     scale& here = scales_[number];
-    const int columns = here.raster.columns, rows = here.raster.rows;
-    const int near = is_top(here.raster) ? 0 : reach;
-    moment_raster& half = scales_[number + 1].raster;
-    half.width = 2 * here.raster.width, half.columns = (columns + 1) / 2, half.rows = (rows + 1) / 2;
-    half.blocks.assign(std::size_t(half.columns) * std::size_t(half.rows), {});
+    const int columns = here.raster.columns, rows = here.raster.rows, near = number < top ? reach : 0;
+    moment_raster* half = number < top ? &scales_[number + 1].raster : nullptr;
+    if (half) {
+      half->width = 2 * here.raster.width, half->columns = (columns + 1) / 2, half->rows = (rows + 1) / 2;
+      half->blocks.assign(std::size_t(half->columns) * std::size_t(half->rows), {});
+    }
     here.planes.resize(std::size_t(columns) * std::size_t(rows));
     parallel_chunks(how, "ground", std::size_t(rows), rows_a_part, [&](std::size_t begin, std::size_t end) {
       // Sums over a square of blocks are kept: what comes in is added, what goes out is taken away.
@@ -193,8 +192,8 @@ class plane_pyramid {
         std::fill_n(row, columns, plane_moments{});
         add_row(r, row);
         for (int c = 0; c < columns; ++c) of_column[std::size_t(c)] += row[c];
-        if (r < int(begin) || r >= int(end)) return;
-        plane_moments* sums = half.row(r / 2);
+        if (!half || r < int(begin) || r >= int(end)) return;
+        plane_moments* sums = half->row(r / 2);
         for (int c = 0; c < columns; ++c) sums[c / 2] += row[c];
       };
       const auto leave = [&](int r) {
@@ -204,7 +203,7 @@ class plane_pyramid {
       for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) enter(r);
       for (int r = int(begin); r < int(end); ++r) {
         enter(r + near);
-        fit_row(here, r, of_column, near, is_top(here.raster) ? 1 : least);
+        fit_row(here, r, of_column, near, number < top ? least : 1);
         leave(r - near);
       }
     });

@@ -237,9 +237,9 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
         for (std::int32_t reach = 1; reach <= widest && low < high; ++reach) {
           sums.widen(window, reach, cells[low].height, cells[high - 1].height);
           const double least = reach == widest ? 4 : options.least_neighbors;
-          const cell_index begin = low, end = high;
-          low = end, high = begin;
-          for (cell_index c = begin; c < end; ++c) {
+          const cell_index from = low, to = high;
+          low = to, high = from;
+          for (cell_index c = from; c < to; ++c) {
             if (surfaces[c].reach != 0) continue;
             const detail::moments sum = sums.around(cells[c].height, reach);
             if (sum.n < least) {
