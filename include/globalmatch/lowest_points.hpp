@@ -97,9 +97,10 @@ class tiled_minima {
     std::array<unsigned, batch_size> candidates;
     for (std::size_t i = 0; i < points.size(); ++i) places[i] = place_of(points[i]);
     std::size_t count = 0, lost = 0;
-    for (unsigned i = 0; i < points.size(); ++i) {  // without branches, which nobody could foretell
+    // Without branches, which nobody could foretell. What is not a number is no higher than anything.
+    for (unsigned i = 0; i < points.size(); ++i) {
       candidates[count] = i;
-      count += float(points[i].z()) <= near_[places[i].tile]->rounded[places[i].cell];
+      count += !(float(points[i].z()) > near_[places[i].tile]->rounded[places[i].cell]);
     }
     for (std::size_t k = 0; k < count; ++k)
       if (!keep(points[candidates[k]], places[candidates[k]])) ++lost;
