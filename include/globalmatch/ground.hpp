@@ -197,8 +197,9 @@ class plane_pyramid {
         for (int c = 0; c < columns; ++c) sums[c / 2] += row[c];
       };
       const auto leave = [&](int r) {
+        if (r < 0) return;
         const plane_moments* row = window.row(r % window.rows);
-        for (int c = 0; c < columns && r >= 0; ++c) of_column[std::size_t(c)] -= row[c];
+        for (int c = 0; c < columns; ++c) of_column[std::size_t(c)] -= row[c];
       };
       for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) enter(r);
       for (int r = int(begin); r < int(end); ++r) {
