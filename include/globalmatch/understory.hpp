@@ -168,11 +168,12 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
       [&](std::size_t chunk, const auto& visit_points) {
         local_points kept;
         kept.reserve(points_a_chunk);
+        std::size_t inside = 0;
         Eigen::Vector3f last = Eigen::Vector3f::Constant(1e9f);
         point_batch batch;
         const auto hand_over = [&] {
           for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
-            ++in_layer[chunk];
+            ++inside;
             const Eigen::Vector3f p = batch[i];
             if ((p - last).squaredNorm() < least_squared) return;
             last = p;
@@ -185,6 +186,7 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
           if (batch.count == point_batch::most) hand_over();
         });
         hand_over();
+        in_layer[chunk] = inside;
         result.parts[chunk] = kept;  // in no more memory than they take
       });
   for (const std::size_t count : in_layer) result.in_layer += count;
