@@ -313,7 +313,7 @@ TEST_CASE("fitting refuses bad arguments by name") {
     CHECK(message([&](auto& o) { o.largest_lean = bad; }).starts_with("cylinder.largest_lean"));
   for (const double bad : {0.0, -1.0, nan})
     CHECK(message([&](auto& o) { o.distance_tolerance = bad; }).starts_with("cylinder.distance_tolerance"));
-  for (const double bad : {0.0, -1.0, nan})
+  for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
     CHECK(message([&](auto& o) { o.taper_weight = bad; }).starts_with("cylinder.taper_weight"));
   CHECK(message([](auto& o) { o.draws = 0; }).starts_with("cylinder.draws"));
   cylinder_options no_draws;

@@ -157,25 +157,34 @@ TEST_CASE("chunks hold every point once, with its index, in every container and 
   const std::list<Eigen::Vector3d> listed(points.begin(), points.end());
   const auto check = [&](const auto& range, int threads) {
     std::vector<std::vector<point_index>> of_chunk;
-    std::size_t finite = 0;
-    bool same = true;
+    std::vector<std::size_t> finite, same;
     read_in_chunks(
-        range, {.threads = threads}, "reading", [&](std::size_t chunks) { of_chunk.resize(chunks); },
+        range, {.threads = threads}, "reading",
+        [&](std::size_t chunks) {
+          of_chunk.resize(chunks);
+          finite.resize(chunks);
+          same.resize(chunks);
+        },
         [&](std::size_t chunk, const auto& visit_points) {
           visit_points([&](const Eigen::Vector3d& p, point_index i) {
-            if (threads == 1) same = same && p.x() == double(i), finite += p.allFinite();
+            same[chunk] += p.x() == double(i);
+            finite[chunk] += p.allFinite();
             of_chunk[chunk].push_back(i);
           });
         });
     std::vector<point_index> all;
     for (const auto& some : of_chunk) all.insert(all.end(), some.begin(), some.end());
-    CHECK(same);
+    const auto sum = [](const auto& counts) {
+      return std::accumulate(counts.begin(), counts.end(), std::size_t(0));
+    };
+    CHECK(sum(same) == points.size());
+    CHECK(sum(finite) == points.size() - 2);
     CHECK(of_chunk.size() > 1);
     CHECK(all.size() == points.size());
     CHECK(std::is_sorted(all.begin(), all.end()));
-    if (threads == 1) CHECK(finite == points.size() - 2);
   };
   check(points, 1);
+  check(points, 2);
   check(listed, 2);
 }
 

@@ -117,10 +117,12 @@ TEST_CASE("points that are not finite are counted and do not matter") {
   const auto n = float(nan);
   points.insert(points.begin(), {n, 0, 0});
   points.insert(points.begin() + 100, {1, 1, -std::numeric_limits<float>::infinity()});
+  points.push_back({2, 2, n});
+  points.push_back({2, 2, std::numeric_limits<float>::infinity()});
   points.push_back({n, n, n});
   CHECK(same_bits(clean, lowest_of(points, funnel)));
-  CHECK(funnel.points == 503);
-  CHECK(funnel.not_finite == 3);
+  CHECK(funnel.points == 505);
+  CHECK(funnel.not_finite == 5);
   CHECK(funnel.cells == clean_funnel.cells);
 }
 

@@ -61,6 +61,25 @@ TEST_CASE("heights of the understory are measured from the terrain, in every con
   });
 }
 
+TEST_CASE("to the very edge of the terrain, and into its corners, heights are measured as it slopes") {
+  terrain ground = sloped_terrain(0);
+  for (int r = 0; r < 16; ++r)
+    for (int c = 0; c < 16; ++c)
+      ground.heights[ground.node(c, r)] = float(0.5 * (c + 0.5) - 0.4 * (r + 0.5)) * 0.5f;
+  std::vector<Vector3d> scan;
+  for (const double across : {0.0, 0.01, 0.2, 7.8, 7.99, 8.0})
+    for (const double along : {0.0, 0.01, 0.2, 3.3, 7.8, 7.99, 8.0})
+      for (int i = 0; i < 330; ++i)
+        for (const auto& [x, y] : {std::pair(across, along), {along, across}})
+          scan.push_back({10 + x, 20 + y, 30 + 0.5 * x - 0.4 * y + 0.01 * i + 0.005});
+  std::vector<point_index> expected;
+  for (point_index i = 0; i < scan.size(); ++i) {
+    const double height = scan[i].z() - 30 - 0.5 * (scan[i].x() - 10) + 0.4 * (scan[i].y() - 20);
+    if (height >= 0.2 && height <= 3) expected.push_back(i);
+  }
+  CHECK(select_understory(scan, ground).index == expected);
+}
+
 TEST_CASE("along the order of the scan points are kept that lie apart from the one kept before") {
   const terrain ground = sloped_terrain(0);
   std::vector<Vector3d> scan;
@@ -92,6 +111,10 @@ TEST_CASE("points that are not finite or beyond the terrain are not of the under
   const std::vector<Vector3d> scan = {{nan, 22, 31}, {12, 22, nan}, {9.9, 22, 31}, {12, 28.1, 31},
                                       {1e9, 22, 31}, {12, 22, 31},  {18, 28, 31}};
   CHECK(select_understory(scan, ground).index == std::vector<point_index>{5, 6});
+  constexpr double unbounded = std::numeric_limits<double>::infinity();
+  const std::vector<Vector3d> infinite = {{12, nan, unbounded}, {12, 22, unbounded}, {12, 22, -unbounded},
+                                          {unbounded, 22, 31},  {12, 22, 31},        {12, 22, 3000}};
+  CHECK(select_understory(infinite, ground, {-unbounded, unbounded}).index == std::vector<point_index>{4, 5});
   CHECK(select_understory(std::vector<Vector3d>{}, ground).size() == 0);
 }
 

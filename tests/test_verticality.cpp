@@ -192,25 +192,31 @@ TEST_CASE("estimating surfaces reports its stage and can be cancelled") {
   CHECK_THROWS_AS(estimate_surfaces(points, {}, how), operation_cancelled);
 }
 
-TEST_CASE("cells have the verticality of the points in the 27 cells around, by principal components") {
+TEST_CASE("cells have the verticality of the points in the cells within reach, by principal components") {
   random_source random(21);
-  const cell_columns cells = sort_into_cells(scenes::as_local(scenes::random_cloud(random, 4000, 1)), 0.05);
+  scenes::cloud dense_and_sparse = scenes::random_cloud(random, 4000, 1);
+  for (const Vector3f& p : scenes::random_cloud(random, 900, 1.2))
+    dense_and_sparse.push_back(p + Vector3f(3, 0, 0));
+  const cell_columns cells = sort_into_cells(scenes::as_local(dense_and_sparse), 0.05);
   const auto surfaces = estimate_surfaces(cells);
   REQUIRE(surfaces.size() == cells.cells());
   const local_points& points = cells.points();
-  std::size_t dense = 0;
+  std::array<std::size_t, column_window::widest + 1> checked{};
   for (std::size_t column = 0; column < cells.columns(); ++column)
     for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
-      if (surfaces[c].reach != 1) continue;
-      ++dense;
+      const int reach = surfaces[c].reach;
       const auto cell_of = [](float v) { return std::floor(double(v) / 0.05); };
       const std::size_t first = cells.points_begin(c);
       std::vector<Vector3d> around;
       for (std::size_t i = 0; i < points.size(); ++i)
-        if (std::abs(cell_of(points.x[i]) - cell_of(points.x[first])) <= 1 &&
-            std::abs(cell_of(points.y[i]) - cell_of(points.y[first])) <= 1 &&
-            std::abs(cell_of(points.z[i]) - cell_of(points.z[first])) <= 1)
+        if (std::abs(cell_of(points.x[i]) - cell_of(points.x[first])) <= reach &&
+            std::abs(cell_of(points.y[i]) - cell_of(points.y[first])) <= reach &&
+            std::abs(cell_of(points.z[i]) - cell_of(points.z[first])) <= reach)
           around.push_back(points[i].cast<double>());
+      if (reach == 0) {
+        CHECK(around.size() < 4);
+        continue;
+      }
       Vector3d mean = Vector3d::Zero();
       for (const Vector3d& p : around) mean += p / double(around.size());
       Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -220,9 +226,10 @@ TEST_CASE("cells have the verticality of the points in the 27 cells around, by p
       if (solver.eigenvalues()(1) < 1.1 * solver.eigenvalues()(0)) continue;  // the normal is undetermined
       const double expected = 1 - std::abs(solver.eigenvectors()(2, 0));
       CHECK(surfaces[c].verticality == Approx(expected).margin(1e-4));
-      CHECK(surfaces[c].spacing == Approx(0.15 / std::sqrt(double(around.size()))));
+      CHECK(surfaces[c].spacing == Approx((2 * reach + 1) * 0.05 / std::sqrt(double(around.size()))));
+      ++checked[std::size_t(reach)];
     }
-  CHECK(dense > 100);
+  for (const int reach : {1, 2, 3}) CHECK(checked[std::size_t(reach)] > 100);
 }
 
 TEST_CASE("cells of sparse points look further, up to three cells, and lone points have no surface") {

@@ -8,7 +8,6 @@
 #include <cstdlib>
 #include <span>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include "globalmatch/cell_columns.hpp"

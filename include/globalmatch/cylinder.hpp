@@ -54,7 +54,8 @@ inline void require_valid(const cylinder_options& options) {
     throw std::invalid_argument("cylinder.largest_lean must lie in [0, 90) degrees");
   if (options.distance_tolerance && !(*options.distance_tolerance > 0))
     throw std::invalid_argument("cylinder.distance_tolerance must be positive");
-  if (!(options.taper_weight > 0)) throw std::invalid_argument("cylinder.taper_weight must be positive");
+  if (!(options.taper_weight > 0 && std::isfinite(options.taper_weight)))
+    throw std::invalid_argument("cylinder.taper_weight must be positive and finite");
   if (options.draws < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
 }
 

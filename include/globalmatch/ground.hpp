@@ -3,15 +3,14 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/cloth.hpp"

@@ -83,8 +83,9 @@ namespace detail {
 
 constexpr double height_bin = 0.1;  // [m]
 
-/// The whole number below v. (`std::floor` is a call where processors need not have an instruction for it.)
-inline std::int32_t whole_below(double v) {
+/// The greatest whole number not above v. (`std::floor` is a call where processors need not have an
+/// instruction for it.)
+inline std::int32_t whole_number(double v) {
   const auto toward_zero = static_cast<std::int32_t>(v);
   return toward_zero - (v < toward_zero);
 }
@@ -92,7 +93,7 @@ inline std::int32_t whole_below(double v) {
 /// The height bin of z as one of 64 bits. Bins repeat every 6.4 m, which is more than a stem shows in the
 /// understory, so that clusters may climb a slope of any height.
 inline std::uint64_t height_bit(double z) {
-  return std::uint64_t(1) << (whole_below(z / height_bin) & 63);
+  return std::uint64_t(1) << (whole_number(z / height_bin) & 63);
 }
 
 inline Eigen::AlignedBox2d widened(const Eigen::AlignedBox2d& box, double by) {
@@ -110,8 +111,8 @@ class column_raster {
       : members_(members), cell_(column_width / (2 * reach + 1)) {
     for (std::uint32_t k = 0; k < members.size(); ++k) {
       const point_index i = members[k];
-      const auto x = whole_below(points.x[i] / cell_);
-      const auto y = whole_below(points.y[i] / cell_);
+      const auto x = whole_number(points.x[i] / cell_);
+      const auto y = whole_number(points.y[i] / cell_);
       if (columns_.empty() || columns_.back().x != x || columns_.back().y != y) columns_.push_back({y, x, k});
       columns_.back().end = k + 1;
       columns_.back().filled |= height_bit(points.z[i]);
@@ -190,7 +191,7 @@ class column_raster {
   }
   template <class Visit>
   void for_each_column(const Eigen::AlignedBox2d& box, const Visit& visit) const {
-    const auto number = [&](double v) { return whole_below(v / cell_); };
+    const auto number = [&](double v) { return whole_number(v / cell_); };
     for_each_between(number(box.min().x()), number(box.max().x()), number(box.min().y()),
                      number(box.max().y()), visit);
   }

@@ -20,49 +20,53 @@
 namespace globalmatch {
 
 /// Fits a stem anew to its support above the root flare, on which a taper that is no stem's would bend the
-/// axis; it stays as it is where too little of it is seen there. Its uncertainty is told anew.
-inline void refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
+/// axis. Its uncertainty is told anew. False, and it stays as it is, where too little of it is seen there.
+inline bool refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
                                    double tolerance, const cylinder_options& options) {
   constexpr double root_flare = 0.4;        // [m] above the ground
   constexpr std::size_t most_points = 800;  // that are fitted
   const auto foot = meet_terrain(stem.cylinder, ground);
-  if (!foot) return;
+  if (!foot) return false;
   std::vector<Eigen::Vector3d> above;
   const std::size_t step = (stem.support.size() + most_points - 1) / most_points;
   for (std::size_t k = 0; k < stem.support.size(); k += step)
     if (const auto p = points[stem.support[k]]; p.z() > foot->z() + root_flare)
       above.push_back(p.cast<double>());
   const auto refined = refine_cylinder(stem.cylinder, above, tolerance, options);
-  if (!refined) return;
+  if (!refined) return false;
   stem.cylinder = *refined;
   stem.covariance = cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options);
+  return true;
 }
 
 inline namespace GLOBALMATCH_THREADING {
 
 /// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
-/// support, each fitted with next to no taper expected. Nothing when that quarter is too small to tell.
+/// support, each fitted with next to no taper expected. Nothing where that are too few to tell.
 inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stems, const local_points& points,
                                           const terrain& ground, double tolerance, cylinder_options options,
                                           const execution& how = {}) {
   constexpr std::size_t least_stems = 10;
-  const std::size_t best = stems.size() / 4;
-  if (best < least_stems) return std::nullopt;
-  std::vector<const stem_cylinder*> by_support;
-  for (const stem_cylinder& s : stems) by_support.push_back(&s);
-  std::stable_sort(by_support.begin(), by_support.end(),
+  std::vector<const stem_cylinder*> best;
+  for (const stem_cylinder& s : stems) best.push_back(&s);
+  std::stable_sort(best.begin(), best.end(),
                    [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
+  best.resize(stems.size() / 4);
   options.taper_weight = 1;
-  std::vector<double> tapers(best);
+  std::vector<std::optional<double>> told(best.size());
   parallel_for(
-      how, "stem positions", best,
+      how, "stem positions", best.size(),
       [&](std::size_t i) {
-        stem_cylinder stem = *by_support[i];
-        refit_above_root_flare(stem, points, ground, tolerance, options);
-        tapers[i] = stem.cylinder.taper / stem.cylinder.radius;
+        stem_cylinder stem = *best[i];
+        if (refit_above_root_flare(stem, points, ground, tolerance, options))
+          told[i] = stem.cylinder.taper / stem.cylinder.radius;
       },
       4);
-  const auto middle = tapers.begin() + std::ptrdiff_t(best / 2);
+  std::vector<double> tapers;
+  for (const auto& taper : told)
+    if (taper) tapers.push_back(*taper);
+  if (tapers.size() < least_stems) return std::nullopt;
+  const auto middle = tapers.begin() + std::ptrdiff_t(tapers.size() / 2);
   std::nth_element(tapers.begin(), middle, tapers.end());
   return *middle;
 }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -61,36 +62,46 @@ class layer_limits {
   }
 
   /// Of the cell that (x, y) lies in.
-  int cell(float x, float y) const { return number(y, last_row_) * columns_ + number(x, last_column_); }
-  const limits& of(int cell) const { return limits_[static_cast<std::size_t>(cell)]; }
+  std::uint32_t cell(float x, float y) const {
+    return number(y, last_row_) * std::uint32_t(columns_) + number(x, last_column_);
+  }
+  const limits& of(std::uint32_t cell) const { return limits_[cell]; }
 
  private:
-  /// Heights in a cell lie between those of the nodes around.
+  /// Heights in a cell lie between those of the nodes around, but in the outermost cells, where they go on as
+  /// the last nodes slope, by half a node each way. The border's are those of the cells next to it.
   void fill_row(const terrain& ground, const understory_options& options, int row, limits* of_row) const {
-    constexpr float rounding = 0.001f, unbounded = std::numeric_limits<float>::infinity();
-    const auto low = float(options.lowest), high = float(options.highest);
+    constexpr float rounding = 0.001f, furthest = 1e6f;  // [m] so that what is infinite stays out
+    constexpr float unbounded = std::numeric_limits<float>::infinity();
+    const auto low = float(std::max(options.lowest, -double(furthest)));
+    const auto high = float(std::min(options.highest, double(furthest)));
     std::vector<float> least(std::size_t(columns_), unbounded), most(std::size_t(columns_), -unbounded);
-    for (int r = row - 1; r <= row + 1; ++r) {
+    const int inner_row = std::clamp(row, 0, ground.rows - 1);
+    for (int r = inner_row - 1; r <= inner_row + 1; ++r) {
       const float* heights = ground.heights.data() + ground.node(0, std::clamp(r, 0, ground.rows - 1));
       for (std::size_t c = 0; c < std::size_t(ground.columns); ++c) {
         least[c + 1] = std::min(least[c + 1], heights[c]);
         most[c + 1] = std::max(most[c + 1], heights[c]);
       }
     }
+    const bool row_is_last = row <= 0 || row >= ground.rows - 1;
     for (int c = 0; c < columns_; ++c) {
-      const auto here = std::size_t(c), left = std::size_t(std::max(c - 1, 0)),
-                 right = std::size_t(std::min(c + 1, columns_ - 1));
-      const float lowest = std::min({least[left], least[here], least[right]});
-      const float highest = std::max({most[left], most[here], most[right]});
+      const auto here = std::size_t(std::clamp(c, 1, columns_ - 2));
+      float lowest = std::min({least[here - 1], least[here], least[here + 1]});
+      float highest = std::max({most[here - 1], most[here], most[here + 1]});
+      if (row_is_last || c <= 1 || c >= columns_ - 2) {
+        const float beyond = 1.5f * (highest - lowest);  // at a corner
+        lowest -= beyond, highest += beyond;
+      }
       of_row[c] = {lowest + low - rounding, highest + high + rounding, highest + low + rounding,
                    lowest + high - rounding};
-      const bool beyond = c == 0 || c + 1 == columns_ || row < 0 || row == ground.rows;
-      if (beyond) of_row[c].surely_lowest = unbounded;
+      const bool is_border = c == 0 || c + 1 == columns_ || row < 0 || row == ground.rows;
+      if (is_border) of_row[c].surely_lowest = unbounded;
     }
   }
   /// That of the border for what is not a number.
-  int number(float v, float last) const {
-    return static_cast<int>(std::min(std::max(0.0f, v * per_cell_ + 1), last));
+  std::uint32_t number(float v, float last) const {
+    return static_cast<std::uint32_t>(static_cast<int>(std::min(std::max(0.0f, v * per_cell_ + 1), last)));
   }
 
   float per_cell_, last_column_, last_row_;
@@ -118,7 +129,7 @@ struct point_batch {
 template <class Visit>
 void for_each_in_layer(const point_batch& batch, const terrain& ground, const layer_limits& limits,
                        const understory_options& options, const Visit& visit) {
-  std::array<int, point_batch::most> cells;
+  std::array<std::uint32_t, point_batch::most> cells;
   for (std::size_t i = 0; i < batch.count; ++i) cells[i] = limits.cell(batch.x[i], batch.y[i]);
   std::array<unsigned, point_batch::most> candidates;
   std::size_t count = 0;
