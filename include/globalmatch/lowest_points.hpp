@@ -289,13 +289,12 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   for (const auto& t : tiles) funnel.cells += t.occupied;
   funnel.cells_apart = funnel.cells;
   if (group.empty()) return raster;
-  auto [row_low, column_low] = tiles[group.front()].key;
-  auto [row_high, column_high] = tiles[group.front()].key;
-  std::vector<double> heights;  // the lowest of each tile
+  tiled_minima::key low = tiles[group.front()].key, high = low;  // (row, column)
+  std::vector<double> heights;                                   // the lowest of each tile
   for (const std::size_t i : group) {
     const auto [row, column] = tiles[i].key;
-    row_low = std::min(row_low, row), row_high = std::max(row_high, row);
-    column_low = std::min(column_low, column), column_high = std::max(column_high, column);
+    low = {std::min(low.first, row), std::min(low.second, column)};
+    high = {std::max(high.first, row), std::max(high.second, column)};
     funnel.cells_apart -= tiles[i].occupied;
     heights.push_back(tiles[i].lowest);
   }
@@ -304,11 +303,11 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   const auto middle = heights.begin() + std::ptrdiff_t(heights.size() / 2);
   std::nth_element(heights.begin(), middle, heights.end());
   const double tile_size = resolution * tiled_minima::tile_cells;
-  const Eigen::Vector3d corner(double(column_low) * tile_size, double(row_low) * tile_size,
+  const Eigen::Vector3d corner(double(low.second) * tile_size, double(low.first) * tile_size,
                                std::floor(*middle));
   raster.frame.origin = raster.frame.to_scan(corner);
-  raster.columns = int(column_high - column_low + 1) * tiled_minima::tile_cells;
-  raster.rows = int(row_high - row_low + 1) * tiled_minima::tile_cells;
+  raster.columns = int(high.second - low.second + 1) * tiled_minima::tile_cells;
+  raster.rows = int(high.first - low.first + 1) * tiled_minima::tile_cells;
   raster.points.resize(std::size_t(raster.columns) * std::size_t(raster.rows));
   parallel_for(
       how, "ground", raster.points.size(),
@@ -317,13 +316,13 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
       how, "ground", group.size(),
       [&](std::size_t g) {
         const auto& [k, tile] = std::tie(tiles[group[g]].key, *tiles[group[g]].minima);
-        const Eigen::Vector3d tile_corner(double(k.second - column_low) * tile_size,
-                                          double(k.first - row_low) * tile_size, -corner.z());
+        const Eigen::Vector3d tile_corner(double(k.second - low.second) * tile_size,
+                                          double(k.first - low.first) * tile_size, -corner.z());
         for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
           const auto& lowest = tile.cells[std::size_t(i)];
           if (lowest.empty()) continue;
-          const int r = int(k.first - row_low) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
-          const int c = int(k.second - column_low) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
+          const int r = int(k.first - low.first) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
+          const int c = int(k.second - low.second) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
           raster.points[raster.cell(c, r)] =
               (tile_corner + Eigen::Vector3d(lowest.x, lowest.y, lowest.z)).cast<float>();
         }
