@@ -37,7 +37,7 @@ struct cylinder_options {
   /// points tell little of it (ours; stems grow about 1 cm thinner a metre). Empty: cylinders proper, as in
   /// [GM].
   std::optional<double> usual_taper = {};
-  double taper_weight = 60;  ///< it is held as firmly as so many points at one metre would hold it (ours)
+  double taper_weight = 30;  ///< it is held as firmly as so many points at one metre would hold it (ours)
   int draws = 300;           ///< at most this many hypotheses (ours)
   std::uint64_t seed = 1;
 };

@@ -78,13 +78,17 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
 inline void refit_with_common_taper(std::vector<stem_cylinder>& stems, const local_points& points,
                                     const terrain& ground, double tolerance, const cylinder_options& options,
                                     const execution& how = {}) {
+  constexpr double told_by_scan = 2;  // so many times as firmly it is then held
   if (!options.usual_taper) return;
   const auto relative_taper = common_taper(stems, points, ground, tolerance, options, how);
   parallel_for(
       how, "stem positions", stems.size(),
       [&](std::size_t i) {
         cylinder_options own = options;
-        if (relative_taper) own.usual_taper = *relative_taper * stems[i].cylinder.radius;
+        if (relative_taper) {
+          own.usual_taper = *relative_taper * stems[i].cylinder.radius;
+          own.taper_weight *= told_by_scan;
+        }
         refit_above_root_flare(stems[i], points, ground, tolerance, own);
       },
       4);
