@@ -19,24 +19,31 @@
 
 namespace globalmatch {
 
-/// Fits a stem anew to its support above the root flare, on which a taper that is no stem's would bend the
-/// axis. Its uncertainty is told anew. False, and it stays as it is, where too little of it is seen there.
-inline bool refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
-                                   double tolerance, const cylinder_options& options) {
+/// Points on a stem above the root flare, on which a taper that is no stem's would bend the axis; none where
+/// the stem does not meet the terrain.
+inline std::vector<Eigen::Vector3d> above_root_flare(const stem_cylinder& stem, const local_points& points,
+                                                     const terrain& ground) {
   constexpr double root_flare = 0.4;        // [m] above the ground
   constexpr std::size_t most_points = 800;  // that are fitted
-  const auto foot = meet_terrain(stem.cylinder, ground);
-  if (!foot) return false;
   std::vector<Eigen::Vector3d> above;
+  const auto foot = meet_terrain(stem.cylinder, ground);
+  if (!foot) return above;
   const std::size_t step = (stem.support.size() + most_points - 1) / most_points;
   for (std::size_t k = 0; k < stem.support.size(); k += step)
     if (const auto p = points[stem.support[k]]; p.z() > foot->z() + root_flare)
       above.push_back(p.cast<double>());
+  return above;
+}
+
+/// Fits a stem anew to its support above the root flare; it stays as it is where too little of it is seen
+/// there. Its uncertainty is told anew.
+inline void refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
+                                   double tolerance, const cylinder_options& options) {
+  const auto above = above_root_flare(stem, points, ground);
   const auto refined = refine_cylinder(stem.cylinder, above, tolerance, options);
-  if (!refined) return false;
+  if (!refined) return;
   stem.cylinder = *refined;
   stem.covariance = cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options);
-  return true;
 }
 
 inline namespace GLOBALMATCH_THREADING {
@@ -57,9 +64,9 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
   parallel_for(
       how, "stem positions", best.size(),
       [&](std::size_t i) {
-        stem_cylinder stem = *best[i];
-        if (refit_above_root_flare(stem, points, ground, tolerance, options))
-          told[i] = stem.cylinder.taper / stem.cylinder.radius;
+        const auto above = above_root_flare(*best[i], points, ground);
+        if (const auto fit = refine_cylinder(best[i]->cylinder, above, tolerance, options))
+          told[i] = fit->taper / fit->radius;
       },
       4);
   std::vector<double> tapers;
