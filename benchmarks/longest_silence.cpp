@@ -21,13 +21,13 @@ namespace {
 class silence {
  public:
   execution listen(int threads) {
-    execution how;
-    how.threads = threads;
-    how.on_progress = [this](const progress& p) {
+    execution exec;
+    exec.threads = threads;
+    exec.on_progress = [this](const progress& p) {
       note(p.stage);
       return true;
     };
-    return how;
+    return exec;
   }
   void note(std::string_view next) {
     const auto now = clock::now();

@@ -42,21 +42,21 @@ match_run run_match_stems(const positions& source, const Target& target, const m
 }
 
 /// Algorithm 1 as the paper writes it, every pair of triangle pairs compared; local pairs by table.
-inline match_run run_literal_algorithm_1(const two_maps& maps, double tolerance, int threads) {
+inline match_run run_literal_algorithm_1(const two_maps& maps, double inlier_threshold, int threads) {
   support::stage_clock clock;
-  const execution how = clock.listen(threads);
+  const execution exec = clock.listen(threads);
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const position_set source = import_positions(maps.source, up, "source");
   const position_set target = import_positions(maps.target, up, "target");
-  report_progress(how, "triangles", 0);
+  report_progress(exec, "triangles", 0);
   const auto source_triangles = build_triangles(source, false);
   const auto target_triangles = build_triangles(target, false);
-  const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
-  report_progress(how, "global matching", 0);
-  const auto consensus = oracles::largest_consensus(source, target, pairs, false, tolerance);
+  const auto pairs = match_locally(source_triangles, target_triangles, inlier_threshold, exec);
+  report_progress(exec, "global matching", 0);
+  const auto consensus = oracles::largest_consensus(source, target, pairs, false, inlier_threshold);
   match_run run;
-  const map_pair both(source, target, false, degrees_of_freedom::four);
-  if (const auto h = verify(both, consensus, tolerance))
+  const matching_context both(source, target, false, degrees_of_freedom::four);
+  if (const auto h = verify(both, consensus, inlier_threshold))
     run.target_from_source =
         target.frame.local_from_scan().inverse() * h->target_from_source * source.frame.local_from_scan();
   run.funnel = {.source_stems = source.size(),
@@ -70,9 +70,9 @@ inline match_run run_literal_algorithm_1(const two_maps& maps, double tolerance,
   return run;
 }
 
-inline match_run run_triplet_search(const two_maps& maps, double tolerance) {
+inline match_run run_triplet_search(const two_maps& maps, double inlier_threshold) {
   const support::stage_clock clock;
-  const triplet_match result = match_all_triplets(maps.source, maps.target, tolerance);
+  const triplet_match result = match_all_triplets(maps.source, maps.target, inlier_threshold);
   match_run run{.target_from_source = result.target_from_source};
   run.funnel = {.source_stems = maps.source.size(),
                 .target_stems = maps.target.size(),
@@ -86,17 +86,17 @@ inline match_run run_triplet_search(const two_maps& maps, double tolerance) {
 
 struct matcher {
   std::string_view name;
-  std::size_t most_stems;  ///< that it can bear
+  std::size_t max_stems;  ///< that it can bear
   std::function<match_run(const two_maps&, int threads)> run;
 };
 
 /// `index` is `match_stems` with default options; the others have the paper's tolerance.
 inline std::vector<matcher> all_matchers() {
-  constexpr double tolerance = 0.05;
+  constexpr double inlier_threshold = 0.05;
   constexpr std::size_t any = std::numeric_limits<std::size_t>::max();
   matching_options exact;
   exact.proposal = proposal::algorithm_1;
-  exact.tolerance = tolerance;
+  exact.inlier_threshold = inlier_threshold;
   return {
       {"index", any,
        [](const auto& maps, int threads) { return run_match_stems(maps.source, maps.target, {}, threads); }},
@@ -105,8 +105,10 @@ inline std::vector<matcher> all_matchers() {
          return run_match_stems(maps.source, maps.target, exact, threads);
        }},
       {"literal_algorithm_1", 500,
-       [=](const auto& maps, int threads) { return run_literal_algorithm_1(maps, tolerance, threads); }},
-      {"triplets", 200, [=](const auto& maps, int) { return run_triplet_search(maps, tolerance); }},
+       [=](const auto& maps, int threads) {
+         return run_literal_algorithm_1(maps, inlier_threshold, threads);
+       }},
+      {"triplets", 200, [=](const auto& maps, int) { return run_triplet_search(maps, inlier_threshold); }},
   };
 }
 

@@ -33,8 +33,8 @@ struct setting {
 
 /// Whether no stem is laid 0.3 m, or three standard deviations of the noise, off or more.
 bool is_right(const match_run& run, const two_maps& maps, double noise) {
-  return run.target_from_source && largest_error(*run.target_from_source, maps.target_from_source,
-                                                 maps.source) < std::max(0.3, 3 * noise);
+  return run.target_from_source &&
+         max_error(*run.target_from_source, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
 }
 
 /// What came of some pairs of one kind.
@@ -208,7 +208,7 @@ int main(int argc, char** argv) {
             for (const double noise : noises) {
               std::vector<std::pair<double, double>> times, memories;
               for (const std::size_t stems : sizes) {
-                if (stems > by.most_stems) continue;
+                if (stems > by.max_stems) continue;
                 const setting s{layout, stems, overlap, {.noise = noise, .false_stems = false_stems}};
                 summary all = prepared_plot > 0
                                   ? measure_prepared(prepared_plot, s, repetitions, threads, csv.stream())

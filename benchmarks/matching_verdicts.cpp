@@ -91,25 +91,26 @@ trial different_stands(random_source& random) {
 }
 
 /// Maps that share 5 to 100 % of their area, of layouts and with noise as told.
-draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, double least_overlap,
-               double most_overlap, double least_detected, double most_false) {
+draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, double min_overlap,
+               double max_overlap, double min_detected, double max_false) {
   return [=](random_source& random) {
     trial t;
     t.layout = any_of(layouts, random);
     t.noise = any_of(noises, random);
-    t.overlap = uniform(random, least_overlap, most_overlap);
+    t.overlap = uniform(random, min_overlap, max_overlap);
     const view_options view{.noise = t.noise,
-                            .detected = uniform(random, least_detected, 1),
-                            .false_stems = uniform(random, 0, most_false),
+                            .detected = uniform(random, min_detected, 1),
+                            .false_stems = uniform(random, 0, max_false),
                             .radius_noise = further.radius_noise};
-    const stand_options stand{.jitter = uniform(random, 0.10, 0.15)};
-    t.maps = overlapping_maps(t.layout, any_size(20, 500, random), t.overlap, view, random, stand);
+    const stand_options background_density{.jitter = uniform(random, 0.10, 0.15)};
+    t.maps =
+        overlapping_maps(t.layout, any_size(20, 500, random), t.overlap, view, random, background_density);
     return t;
   };
 }
 
 /// Perfect lattices of 10 to 20 rows and columns, wholly seen by both scans; `missing` of their trees are.
-draw planted_lattice(double missing, std::size_t least_gaps) {
+draw planted_lattice(double missing, std::size_t min_gaps) {
   return [=](random_source& random) {
     trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice",
             .noise = 0.02,
@@ -134,7 +135,7 @@ draw planted_lattice(double missing, std::size_t least_gaps) {
           stems, all, all,
           {.noise = t.noise, .detected = 0.98, .false_stems = 0, .radius_noise = further.radius_noise},
           any_yaw_elsewhere(random), random);
-    } while (gaps < least_gaps);
+    } while (gaps < min_gaps);
     return t;
   };
 }
@@ -180,32 +181,32 @@ bool is_of_the_lattice(const trial& t, const Eigen::Isometry3d& target_from_sour
   return std::all_of(t.maps.source.begin(), t.maps.source.end(), [&](const Eigen::Vector3d& p) {
     Eigen::Vector3d place(0, 0, p.z());
     place.head<2>() = nearest_place(p);
-    const Eigen::Vector3d laid = own * place;
-    return (laid.head<2>() - nearest_place(laid)).norm() < near;
+    const Eigen::Vector3d transformed = own * place;
+    return (transformed.head<2>() - nearest_place(transformed)).norm() < near;
   });
 }
 
 /// Whether the lattice that was reported is that of the trial: square, of its spacing.
 bool reports_the_lattice(const result& r) {
   constexpr double near = 0.05;  // [m]
-  const auto& rows = r.match.rows;
+  const auto& rows = r.match.lattice;
   return rows && std::abs(rows->first.norm() - r.of.spacing) < near &&
          std::abs(rows->second.norm() - r.of.spacing) < near && rows->turns().size() == 4;
 }
 
 /// Rivals of stands on a lattice: are they its shifts times its symmetries?
-void print_rivals(const std::vector<result>& results) {
-  std::size_t hypotheses = 0, of_the_lattice = 0, with_rivals = 0, reported = 0;
+void print_alternatives(const std::vector<result>& results) {
+  std::size_t hypotheses = 0, of_the_lattice = 0, with_alternatives = 0, reported = 0;
   for (const result& r : results) {
     for (const hypothesis& h : r.match.hypotheses) {
       ++hypotheses;
       of_the_lattice += is_of_the_lattice(r.of, h.target_from_source);
     }
-    with_rivals += r.match.hypotheses.size() > 1;
+    with_alternatives += r.match.hypotheses.size() > 1;
     reported += reports_the_lattice(r);
   }
   std::cout << "\nhypotheses " << hypotheses << ", of these shifts times symmetries of the lattice "
-            << of_the_lattice << "; pairs with rivals " << with_rivals << ", with the lattice reported "
+            << of_the_lattice << "; pairs with rivals " << with_alternatives << ", with the lattice reported "
             << reported << ", of " << results.size() << "\n\n";
 }
 
@@ -230,12 +231,11 @@ void write_line(std::ostream& csv, std::string_view suite, const result& r) {
   const double none = 99;
   csv << suite << ',' << r.of.layout << ',' << r.of.noise << ',' << r.of.overlap << ','
       << r.of.maps.source.size() << ',' << r.of.maps.target.size() << ',' << r.of.maps.common << ','
-      << to_string(r.match.outcome) << ',' << r.best_right << ',' << r.match.tolerance << ','
-      << r.match.funnel.correspondences << ',' << (h.empty() ? none : h[0].log10_false_alarms) << ','
-      << (h.empty() ? none : h[0].log10_false_alarms_at_random) << ','
-      << (h.size() < 2 ? none : h[1].log10_false_alarms) << ','
+      << to_string(r.match.outcome) << ',' << r.best_right << ',' << r.match.inlier_threshold << ','
+      << r.match.funnel.correspondences << ',' << (h.empty() ? none : h[0].log10_nfa) << ','
+      << (h.empty() ? none : h[0].log10_nfa_poisson) << ',' << (h.size() < 2 ? none : h[1].log10_nfa) << ','
       << (h.size() < 2 ? 0 : h[1].correspondences.size()) << ',' << r.match.probability << ','
-      << (h.empty() ? "" : to_string(h[0].told_by)) << '\n';
+      << (h.empty() ? "" : to_string(h[0].evidence)) << '\n';
 }
 
 /// Coefficients of `probability_of` that make the outcomes most likely: Newton's method, with hardly any
@@ -243,13 +243,13 @@ void write_line(std::ostream& csv, std::string_view suite, const result& r) {
 Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
   constexpr double penalty = 1e-6;
   Eigen::Vector4d w = Eigen::Vector4d::Zero();
-  for (int round = 0; round < 50; ++round) {
+  for (int iteration = 0; iteration < 50; ++iteration) {
     Eigen::Matrix4d curvature = penalty * Eigen::Matrix4d::Identity();
     Eigen::Vector4d slope = -penalty * w;
     for (const result& r : results) {
-      const evidence e = evidence_of(r.match.hypotheses);
-      if (e.pairs < verdict_options{}.least_correspondences) continue;
-      const Eigen::Vector4d x(1, e.log10_false_alarms, e.lead, std::log(e.pairs));
+      const evidence e = features_of(r.match.hypotheses);
+      if (e.pairs < decision_options{}.min_correspondences) continue;
+      const Eigen::Vector4d x(1, e.log10_nfa, e.lead, std::log(e.pairs));
       const double p = 1 / (1 + std::exp(-w.dot(x)));
       curvature += p * (1 - p) * x * x.transpose();
       slope += (double(r.best_right) - p) * x;
@@ -319,7 +319,7 @@ int main(int argc, char** argv) {
     };
     support::atomic_file csv(csv_file);
     csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,"
-                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability,told_by\n";
+                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability,evidence\n";
     std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | "
                  "not registered |\n"
                  "|---|---|---|---|---|---|---|\n";
@@ -335,9 +335,9 @@ int main(int argc, char** argv) {
       print(s.name, results, [](const result&) { return true; });
       if (s.name == "calibration") print_calibration(results);
       if (s.name == "fit")
-        std::cout << "\nconstant, by_alarms, by_lead, by_pairs: " << fit_logistic(results).transpose()
-                  << "\n";
-      if (s.name == "lattice") print_rivals(results);
+        std::cout << "\nconstant, nfa_coefficient, lead_coefficient, pairs_coefficient: "
+                  << fit_logistic(results).transpose() << "\n";
+      if (s.name == "lattice") print_alternatives(results);
       if (s.name == "one") {
         const auto enough = [](const result& r) { return r.of.maps.common >= 12; };
         print("of these 12 common stems or more", results, enough);

@@ -91,8 +91,8 @@ window_pair cut_pair(const positions& map, std::size_t trees, const view_options
 }
 
 /// Whether the stems are laid less than 0.3 m, or three standard deviations of the noise, off on average.
-bool is_right(const Eigen::Isometry3d& motion, const two_maps& maps, double noise) {
-  return mean_error(motion, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
+bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, double noise) {
+  return mean_error(transform, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
 }
 
 /// Outcomes of pairs that share as many stems.
@@ -105,7 +105,7 @@ struct tally {
   }
 };
 
-tally judge_pair(const matching& result, const two_maps& maps, double noise) {
+tally decide_pair(const matching& result, const two_maps& maps, double noise) {
   tally t{.pairs = 1};
   t.best_right =
       !result.hypotheses.empty() && is_right(result.hypotheses.front().target_from_source, maps, noise);
@@ -141,7 +141,7 @@ int main(int argc, char** argv) {
   std::uint64_t seed = 1;
   view_options view;
   std::string proposal_name = "index";
-  double tolerance = 0;
+  double inlier_threshold = 0;
   std::filesystem::path csv_file = "matching_windows.csv";
   app.add_option("MAP", files, "stem maps (CSV); windows are cut from one of them at random")->required();
   app.add_option("--trees", trees, "of each window")->delimiter(',')->capture_default_str();
@@ -151,7 +151,8 @@ int main(int argc, char** argv) {
   app.add_option("--proposal", proposal_name, "index or algorithm_1")
       ->check(CLI::IsMember({"index", "algorithm_1"}))
       ->capture_default_str();
-  app.add_option("--tolerance", tolerance, "of matching [m]; 0: from the stems")->capture_default_str();
+  app.add_option("--tolerance", inlier_threshold, "of matching [m]; 0: from the stems")
+      ->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each number of common stems")
       ->capture_default_str();
 
@@ -163,7 +164,7 @@ int main(int argc, char** argv) {
     }
     matching_options options;
     if (proposal_name == "algorithm_1") options.proposal = proposal::algorithm_1;
-    if (tolerance > 0) options.tolerance = tolerance;
+    if (inlier_threshold > 0) options.inlier_threshold = inlier_threshold;
     support::atomic_file csv(csv_file);
     csv.stream() << "trees,noise,common,pairs,best_right,registered_right,registered_wrong\n";
     std::cout << "| trees | noise [m] | 0-3 common | 4-5 | 6-9 | 10-14 | 15 and more | mean [ms] |\n"
@@ -182,7 +183,7 @@ int main(int argc, char** argv) {
           const support::stage_clock clock;
           const matching result = match_stems(pair.maps.source, pair.maps.target, options);
           seconds += clock.seconds();
-          by_common[pair.common].add(judge_pair(result, pair.maps, noise));
+          by_common[pair.common].add(decide_pair(result, pair.maps, noise));
         }
         std::cout << "| " << count << " | " << std::setprecision(2) << noise << std::setprecision(1);
         print_bins(std::cout, by_common);

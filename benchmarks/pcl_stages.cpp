@@ -83,14 +83,14 @@ std::size_t count_cylinders(const cloud::Ptr& points, const normals::Ptr& around
     fit.setNormalDistanceWeight(0.1);
     fit.setMaxIterations(300);
     fit.setDistanceThreshold(default_distance_tolerance);
-    fit.setRadiusLimits(cylinder_options{}.smallest_radius, cylinder_options{}.largest_radius);
+    fit.setRadiusLimits(cylinder_options{}.min_radius, cylinder_options{}.max_radius);
     fit.setInputCloud(points);
     fit.setInputNormals(around);
     fit.setIndices(pcl::make_shared<pcl::Indices>(cluster.indices));
     pcl::PointIndices inliers;
     pcl::ModelCoefficients cylinder;
     fit.segment(inliers, cylinder);
-    stems += inliers.indices.size() >= std::size_t(stem_cylinder_options{}.least_points);
+    stems += inliers.indices.size() >= std::size_t(stem_cylinder_options{}.min_points);
   }
   return stems;
 }
@@ -121,7 +121,7 @@ stage_times stages_of_pcl(const local_points& understory, int threads) {
     pcl::EuclideanClusterExtraction<pcl::PointXYZ> extract;
     extract.setInputCloud(vertical);
     extract.setClusterTolerance(link);
-    extract.setMinClusterSize(stem_cylinder_options{}.least_points);
+    extract.setMinClusterSize(stem_cylinder_options{}.min_points);
     extract.extract(clusters);
   });
   times.measure("cylinders", [&] { times.stems = count_cylinders(vertical, of_vertical, clusters); });
@@ -150,13 +150,13 @@ int main(int argc, char** argv) {
       support::simulation_options options = support::find_scene(name).options;
       options.seed = seed;
       support::simulation plot(options);
-      const execution how{.threads = shared.threads};
-      const auto scan = plot.scan(0, how);
+      const execution exec{.threads = shared.threads};
+      const auto scan = plot.scan(0, exec);
       support::stage_clock clock;
-      const stem_map map = map_stems(scan.points, shared.for_mapping(), Eigen::Vector3d::UnitZ(), how);
+      const stem_map map = map_stems(scan.points, shared.for_mapping(), Eigen::Vector3d::UnitZ(), exec);
       const double seconds = clock.seconds();
       const stage_times pcl =
-          stages_of_pcl(select_understory(scan.points, map.terrain, {}, how), shared.threads);
+          stages_of_pcl(select_understory(scan.points, map.terrain, {}, exec), shared.threads);
       std::cout << "| `" << name << "` | " << double(scan.points.size()) / 1e6 << " | ";
       for (const char* stage : {"voxels", "verticality", "clusters", "cylinders"})
         std::cout << pcl.seconds.at(stage) << (stage == std::string("cylinders") ? " | " : ", ");

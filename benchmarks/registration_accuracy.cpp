@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint32_t least_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
+constexpr std::uint32_t min_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
 
 /// What one scan is judged by, once its points are gone.
 struct mapped_scan {
@@ -34,14 +34,14 @@ struct mapped_scan {
   Isometry3d plot_from_scan;
 };
 
-mapped_scan map_scan(support::simulation& plot, std::size_t i, bool weighted, const execution& how) {
+mapped_scan map_scan(support::simulation& plot, std::size_t i, bool weighted, const execution& exec) {
   constexpr std::size_t every = 50;  // point of the scan goes into the sample
-  const auto scan = plot.scan(i, how);
+  const auto scan = plot.scan(i, exec);
   mapped_scan result;
   result.plot_from_scan = plot.stations()[i].plot_from_scan;
   for (std::size_t k = 0; k < scan.points.size(); k += every) result.sample.push_back(scan.points[k]);
   const support::stage_clock clock;
-  result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), how);
+  result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), exec);
   result.seconds = clock.seconds();
   if (!weighted)
     for (stem& s : result.map.stems) s.position_sigma = 0;  // not known
@@ -50,7 +50,7 @@ mapped_scan map_scan(support::simulation& plot, std::size_t i, bool weighted, co
   std::vector<std::uint32_t> returns;
   for (const stem& s : result.map.stems) found.push_back(result.plot_from_scan * s.position);
   for (std::size_t s = 0; s < plot.plot().stems.size(); ++s)
-    if (scan.returns_per_stem[s] >= least_returns) {
+    if (scan.returns_per_stem[s] >= min_returns) {
       truth.push_back(plot.plot().stems[s].position);
       returns.push_back(scan.returns_per_stem[s]);
     }
@@ -79,8 +79,8 @@ registered_pair register_pair(const mapped_scan& source, const mapped_scan& targ
                               const registration_options& options, int threads) {
   const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
   const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
-  const auto error = [&](const Isometry3d& motion) {
-    return evaluate_registration(motion, truth, source.sample, up);
+  const auto error = [&](const Isometry3d& transform) {
+    return evaluate_registration(transform, truth, source.sample, up);
   };
   support::stage_clock clock;
   const registration result = register_maps(source.map, target.map, options, clock.listen(threads));
@@ -106,14 +106,14 @@ struct scene_result {
 };
 
 void run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step, bool weighted,
-               const registration_options& registering, const execution& how, scene_result& result) {
+               const registration_options& registering, const execution& exec, scene_result& result) {
   support::simulation_options options = scene.options;
   options.seed = seed;
   if (angular_step > 0) options.scanner.angular_step = angular_step;
   support::simulation plot(options);
   std::vector<mapped_scan> scans;
   for (std::size_t i = 0; i < plot.stations().size(); ++i) {
-    scans.push_back(map_scan(plot, i, weighted, how));
+    scans.push_back(map_scan(plot, i, weighted, exec));
     result.scores.push_back(scans.back().score);
     result.mapping_seconds.push_back(scans.back().seconds);
   }
@@ -124,7 +124,7 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
       // is.
       registration_options for_pair = registering;
       if (target != 0) for_pair.icp.metric = icp_metric::none;
-      registered_pair pair = register_pair(scans[source], scans[target], for_pair, how.threads);
+      registered_pair pair = register_pair(scans[source], scans[target], for_pair, exec.threads);
       pair.scene = scene.name;
       pair.seed = seed;
       pair.source = source + 1;
@@ -164,10 +164,10 @@ map_score sum_of(const std::vector<map_score>& scores) {
     sum.true_finds += s.true_finds;
     sum.required += s.required;
     sum.required_found += s.required_found;
-    sum.plan_error += s.plan_error * double(s.true_finds);
+    sum.horizontal_error += s.horizontal_error * double(s.true_finds);
     sum.height_error += s.height_error * double(s.true_finds);
   }
-  for (double* mean : {&sum.plan_error, &sum.height_error})
+  for (double* mean : {&sum.horizontal_error, &sum.height_error})
     if (sum.true_finds > 0) *mean /= double(sum.true_finds);
   return sum;
 }
@@ -197,8 +197,8 @@ void print_row(std::ostream& out, const std::string& name, const std::string& se
   }
   out << std::fixed << std::setprecision(1) << "| `" << name << "` | " << seeds << " | "
       << 100 * sum.precision() << " | " << 100 * sum.recall() << " | " << 100 * sum.f1() << " | "
-      << 100 * sum.plan_error << ", " << 100 * sum.height_error << " | " << right << ", " << wrong << ", "
-      << r.pairs.size() - right - wrong << " | " << neighbors_right << " of " << neighbors << " | "
+      << 100 * sum.horizontal_error << ", " << 100 * sum.height_error << " | " << right << ", " << wrong
+      << ", " << r.pairs.size() - right - wrong << " | " << neighbors_right << " of " << neighbors << " | "
       << std::setprecision(2) << median(coarse) << " | " << median(fine) << " | " << median(rotation) << " | "
       << median(translation) << " | " << median(r.mapping_seconds) << ", " << std::setprecision(3)
       << median(matching) << ", " << median(refining) << " |\n"
@@ -235,12 +235,12 @@ int main(int argc, char** argv) {
     for (const std::uint64_t seed : seeds)
       all_seeds += (all_seeds.empty() ? "" : ", ") + std::to_string(seed);
     const registration_options registering = {{}, shared.for_matching(), shared.for_icp()};
-    const execution how{.threads = shared.threads};
+    const execution exec{.threads = shared.threads};
     std::cout << table_head;
     for (const std::string& name : names) {
       scene_result result;
       for (const std::uint64_t seed : seeds)
-        run_scene(support::find_scene(name), seed, angular_step, !unweighted, registering, how, result);
+        run_scene(support::find_scene(name), seed, angular_step, !unweighted, registering, exec, result);
       print_row(std::cout, name, all_seeds, result);
       for (const registered_pair& pair : result.pairs) print_pair(csv.stream(), pair);
     }

@@ -131,10 +131,10 @@ inline two_maps look_twice(const positions& forest, double width, double side, c
     maps.common += in_source && in_target;
   }
   const auto add_false = [&](positions& map, std::vector<double>& radii, double from,
-                             const Eigen::Isometry3d& motion) {
+                             const Eigen::Isometry3d& transform) {
     for (auto i = std::size_t(options.false_stems * double(map.size())); i > 0; --i) {
       const double x = uniform(random, from, from + side), y = uniform(random, 0, side);
-      map.push_back(motion * Eigen::Vector3d(x, y, ground(x, y)));
+      map.push_back(transform * Eigen::Vector3d(x, y, ground(x, y)));
       if (options.radius_noise) measure(radii, any_radius(x, random));
     }
   };
@@ -161,8 +161,8 @@ inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, dou
 }
 
 /// Largest distance [m] between where two motions lay the stems.
-inline double largest_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
-                            const positions& stems) {
+inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
+                        const positions& stems) {
   double largest = 0;
   for (const Eigen::Vector3d& p : stems) largest = std::max(largest, (estimate * p - truth * p).norm());
   return largest;

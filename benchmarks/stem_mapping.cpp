@@ -29,21 +29,21 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint32_t least_returns = 10;  // of a stem that a true find stands for
-constexpr std::uint32_t well_seen = 400;     // a stem with so many returns should be found
-constexpr std::uint32_t hardly_seen = 200;   // with so many it should be found nine times in ten
-constexpr double near = 15;                  // [m] from the scanner radii should be right
+constexpr std::uint32_t min_returns = 10;   // of a stem that a true find stands for
+constexpr std::uint32_t well_seen = 400;    // a stem with so many returns should be found
+constexpr std::uint32_t hardly_seen = 200;  // with so many it should be found nine times in ten
+constexpr double near = 15;                 // [m] from the scanner radii should be right
 
 /// A true stem that was found.
 struct found_stem {
-  double distance = 0;                                        // [m] from the scanner, in plan
-  double plan_error = 0, height_error = 0, radius_error = 0;  // [m]
-  double plan_sigma = 0, height_sigma = 0, radius_sigma = 0;  // [m] as told
-  bool ground_all_around = true;                              // `has_ground_all_around`
+  double distance = 0;                                              // [m] from the scanner, in plan
+  double horizontal_error = 0, height_error = 0, radius_error = 0;  // [m]
+  double horizontal_sigma = 0, height_sigma = 0, radius_sigma = 0;  // [m] as told
+  bool ground_all_around = true;                                    // `has_ground_all_around`
 };
 
 /// What a stem's quality said, and what was so.
-struct judged_find {
+struct scored_find {
   double quality = 0;
   bool is_true = false;
 };
@@ -57,7 +57,7 @@ struct mapped_scan {
   std::map<std::string, double> stages;  // seconds
   std::size_t found = 0, required = 0, required_found = 0, faint = 0, faint_found = 0;
   std::vector<found_stem> true_finds;
-  std::vector<judged_find> judged;
+  std::vector<scored_find> decided;
 };
 
 /// Whether ground was seen within a metre of a stem in each of eight directions.
@@ -79,22 +79,22 @@ void score(mapped_scan& result, const stem_map& map, const support::simulated_sc
   std::vector<std::size_t> index;
   for (const stem& s : map.stems) finds.push_back(plot_from_scan * s.position);
   for (std::size_t s = 0; s < stems.size(); ++s)
-    if (scan.returns_per_stem[s] >= least_returns) {
+    if (scan.returns_per_stem[s] >= min_returns) {
       truth.push_back(stems[s].position);
       index.push_back(s);
     }
   std::vector<bool> is_found(stems.size());
-  for (const stem& s : map.stems) result.judged.push_back({s.quality, false});
+  for (const stem& s : map.stems) result.decided.push_back({s.quality, false});
   for (const auto& [find, t] : pair_finds(finds, truth)) {
-    result.judged[find].is_true = true;
+    result.decided[find].is_true = true;
     const Vector3d error = finds[find] - truth[t];
     const auto& true_stem = stems[index[t]];
     is_found[index[t]] = true;
     result.true_finds.push_back({.distance = map.stems[find].position.head<2>().norm(),
-                                 .plan_error = error.head<2>().norm(),
+                                 .horizontal_error = error.head<2>().norm(),
                                  .height_error = error.z(),
                                  .radius_error = map.stems[find].radius - true_stem.dbh / 2,
-                                 .plan_sigma = map.stems[find].position_sigma,
+                                 .horizontal_sigma = map.stems[find].position_sigma,
                                  .height_sigma = map.stems[find].height_sigma,
                                  .radius_sigma = map.stems[find].radius_sigma,
                                  .ground_all_around = has_ground_all_around(map, map.stems[find])});
@@ -110,8 +110,8 @@ void score(mapped_scan& result, const stem_map& map, const support::simulated_sc
 }
 
 mapped_scan map_scan(support::simulation& plot, std::size_t station, const mapping_options& options, int runs,
-                     const execution& how) {
-  const auto scan = plot.scan(station, how);
+                     const execution& exec) {
+  const auto scan = plot.scan(station, exec);
   mapped_scan result;
   result.station = station + 1;
   result.points = scan.points.size();
@@ -120,7 +120,7 @@ mapped_scan map_scan(support::simulation& plot, std::size_t station, const mappi
     benchmarks::reset_peak_memory();
     const double before = benchmarks::peak_memory();
     support::stage_clock clock;
-    const stem_map map = map_stems(scan.points, options, Vector3d::UnitZ(), clock.listen(how.threads));
+    const stem_map map = map_stems(scan.points, options, Vector3d::UnitZ(), clock.listen(exec.threads));
     const double seconds = clock.seconds();
     if (seconds < result.seconds) {
       result.seconds = seconds;
@@ -168,7 +168,7 @@ void print_row(std::ostream& out, const std::string& name, const std::vector<map
     faint += s.faint;
     faint_found += s.faint_found;
     for (const found_stem& f : s.true_finds) {
-      plan.push_back(100 * f.plan_error);
+      plan.push_back(100 * f.horizontal_error);
       height.push_back(100 * std::abs(f.height_error));
       if (f.ground_all_around) height_all_around.push_back(height.back());
       if (f.distance > near) continue;
@@ -220,7 +220,7 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
   for (const double most : {0.8, 0.9, 0.95, 0.98, 0.99, 1.0}) bins.push_back({.most = most});
   std::size_t all = 0, plan = 0, height_1 = 0, height_2 = 0, radius_1 = 0, radius_2 = 0;
   for (const mapped_scan& s : scans) {
-    for (const judged_find& f : s.judged) {
+    for (const scored_find& f : s.decided) {
       bin& b = *std::find_if(bins.begin(), bins.end(), [&](const bin& at) { return f.quality <= at.most; });
       b.told += f.quality;
       ++b.finds;
@@ -228,7 +228,7 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
     }
     for (const found_stem& f : s.true_finds) {
       ++all;
-      plan += f.plan_error <= ellipse_95 * f.plan_sigma;
+      plan += f.horizontal_error <= ellipse_95 * f.horizontal_sigma;
       height_1 += std::abs(f.height_error) <= f.height_sigma;
       height_2 += std::abs(f.height_error) <= 2 * f.height_sigma;
       radius_1 += std::abs(f.radius_error) <= f.radius_sigma;
@@ -273,7 +273,7 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     support::atomic_file csv(csv_file);
     csv.stream() << csv_head;
-    const execution how{.threads = shared.threads};
+    const execution exec{.threads = shared.threads};
     std::cout << table_head;
     std::vector<mapped_scan> all;
     for (const std::string& name : names) {
@@ -287,7 +287,7 @@ int main(int argc, char** argv) {
           support::simulation plot(options);
           const std::size_t last = plot.stations().size();
           for (std::size_t i = 0; i < (stations > 0 ? std::min(stations, last) : last); ++i) {
-            scans.push_back(map_scan(plot, i, shared.for_mapping(), runs, how));
+            scans.push_back(map_scan(plot, i, shared.for_mapping(), runs, exec));
             scans.back().scene = name;
             scans.back().seed = seed;
             print_line(csv.stream(), scans.back());

@@ -27,11 +27,12 @@ inline std::vector<triangle> all_triplets(const position_set& stems) {
 }
 
 template <position_range Source, position_range Target>
-triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems, double tolerance) {
+triplet_match match_all_triplets(const Source& source_stems, const Target& target_stems,
+                                 double inlier_threshold) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const position_set source = import_positions(source_stems, up, "source");
   const position_set target = import_positions(target_stems, up, "target");
-  const map_pair maps(source, target, false, degrees_of_freedom::four);
+  const matching_context maps(source, target, false, degrees_of_freedom::four);
   const std::vector<triangle> source_triplets = all_triplets(source), target_triplets = all_triplets(target);
   constexpr float cell = 0.1f;  // [m]
   const triangle_grid target_grid(target_triplets.size(), cell, [&](std::size_t i) {
@@ -41,25 +42,25 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();
   std::size_t most = 0;
-  const auto try_motion = [&](const std::array<correspondence, 3>& triplet) {
-    const auto motion = maps.fit(triplet);
-    if (!motion) return;
+  const auto try_transform = [&](const std::array<correspondence, 3>& triplet) {
+    const auto transform = maps.fit(triplet);
+    if (!transform) return;
     std::size_t met = 0;
     for (const Eigen::Vector3d& p : source.at) {
       bool meets = false;
-      maps.for_each_met(*motion * p, tolerance, [&](stem_index, double) { meets = true; });
+      maps.for_each_inlier(*transform * p, inlier_threshold, [&](stem_index, double) { meets = true; });
       met += meets;
     }
     if (met <= most) return;
     most = met;
-    result.target_from_source = *motion;
+    result.target_from_source = *transform;
   };
   for (const triangle& triplet : source_triplets)
-    for_each_admissible_order(triplet, tolerance, [&](const triangle& t) {
-      target_grid.for_each_near(edge_point(t), float(tolerance), [&](const auto& item) {
+    for_each_admissible_order(triplet, inlier_threshold, [&](const triangle& t) {
+      target_grid.for_each_near(edge_point(t), float(inlier_threshold), [&](const auto& item) {
         const auto& like = item.label;
         ++result.like_pairs;
-        try_motion({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
+        try_transform({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
       });
     });
   if (result.target_from_source)

@@ -16,7 +16,7 @@ using scenes::noisy_match;
 namespace {
 
 /// Whether the ellipse in plan holds where a place of the target belongs.
-bool holds(const noisy_match& match, const motion_uncertainty& u, const Eigen::Vector3d& place) {
+bool holds(const noisy_match& match, const transform_uncertainty& u, const Eigen::Vector3d& place) {
   constexpr double quantile = 5.991;  // chi squared of two, 95 %
   const Eigen::Vector2d off = (match.error() * place - place).head<2>();
   const Eigen::Matrix2d covariance = u.at(place).topLeftCorner<2, 2>();

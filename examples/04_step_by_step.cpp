@@ -45,11 +45,11 @@ int main(int argc, char** argv) {
   const auto source_triangles = build_triangles(source, false),
              target_triangles = build_triangles(target, false);
   const auto pairs = match_locally(source_triangles, target_triangles, tolerance);
-  const map_pair maps(source, target, false, degrees_of_freedom::four);
-  const chance by_chance(maps);
+  const matching_context maps(source, target, false, degrees_of_freedom::four);
+  const null_model null(maps);
   std::vector<hypothesis> hypotheses;
   for (hypothesis& h : match_globally(maps, pairs, tolerance)) {
-    weigh(h, maps, by_chance, std::span(&tolerance, 1));
+    score_hypothesis(h, maps, null, std::span(&tolerance, 1));
     add_distinct(std::move(h), hypotheses, maps);
   }
   rank(hypotheses);
@@ -57,9 +57,9 @@ int main(int argc, char** argv) {
             << " congruent pairs, " << hypotheses.size() << " hypotheses\n";
 
   // Section 3.3: from the best hypothesis, if it is to be trusted, to the motion between the scans.
-  const verdict judged = judge(hypotheses, maps);
-  std::cout << to_string(judged.outcome) << ' ' << judged.reason << '\n';
-  if (judged.outcome != outcome::registered) return 1;
+  const decision decided = decide(hypotheses, maps);
+  std::cout << to_string(decided.outcome) << ' ' << decided.reason << '\n';
+  if (decided.outcome != outcome::registered) return 1;
   const Eigen::Isometry3d target_from_source = target.frame.local_from_scan().inverse() *
                                                hypotheses.front().target_from_source *
                                                source.frame.local_from_scan();

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
     support::write_json(options.json, report);
-    support::warn_if_askew(map, scan_file);
+    support::warn_if_tilted(map, scan_file);
     std::cout << map.stems.size() << " stems in " << scan.size() << " points\n";
     return support::done;
   });

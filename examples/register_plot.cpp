@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
                                                   options.for_icp()};
     require_valid(library_options.matching);  // before the scans are mapped, not after
     support::stage_clock clock;
-    const execution how = clock.listen(options.threads);
+    const execution exec = clock.listen(options.threads);
     double seconds = 0;
     const auto timed = [&](const auto& work) {
       const double before = clock.seconds();
@@ -100,16 +100,16 @@ int main(int argc, char** argv) {
     for (const fs::path& file : scan_files) {
       const auto scan = support::read_scan(file);
       maps.push_back(
-          timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), how); }));
+          timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), exec); }));
       scan_reports.push_back(support::describe(maps.back()));
-      if (options.dof == 4) support::warn_if_askew(maps.back(), file);
+      if (options.dof == 4) support::warn_if_tilted(maps.back(), file);
     }
 
     nlohmann::ordered_json pair_reports = nlohmann::ordered_json::array();
     std::vector<std::optional<Eigen::Isometry3d>> transforms;
     for (const scan_pair& pair : pairs) {
       const registration result =
-          timed([&] { return register_maps(maps[pair.source], maps[pair.target], library_options, how); });
+          timed([&] { return register_maps(maps[pair.source], maps[pair.target], library_options, exec); });
       transforms.push_back(result.target_from_source);
       auto report = support::describe(result.matching, result.target_from_source);
       report["name"] = scan_files[pair.source].stem().string();

@@ -143,18 +143,18 @@ int main(int argc, char** argv) {
     make_folder(out_dir);
     support::require_writable({out_dir / "stems.csv", shared.json});
     support::stage_clock clock;
-    const execution how = clock.listen(shared.threads);
+    const execution exec = clock.listen(shared.threads);
     support::simulation simulation(options);
-    report_progress(how, "plot", 1);
+    report_progress(exec, "plot", 1);
 
     nlohmann::ordered_json scans = nlohmann::ordered_json::array();
     std::vector<std::vector<std::uint32_t>> returns_by_scan;
     for (std::size_t i = 0; i < simulation.stations().size(); ++i) {
-      const support::simulated_scan scan = simulation.scan(i, how);
+      const support::simulated_scan scan = simulation.scan(i, exec);
       const std::filesystem::path file = scan_file(out_dir, i + 1);
       support::write_ply(file, scan.points);
       support::write_transform(pose_file(out_dir, i + 1), simulation.stations()[i].plot_from_scan);
-      report_progress(how, "write", 1);
+      report_progress(exec, "write", 1);
 
       returns_by_scan.push_back(scan.returns_per_stem);
       const auto well_seen = std::count_if(scan.returns_per_stem.begin(), scan.returns_per_stem.end(),

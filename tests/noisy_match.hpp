@@ -16,17 +16,17 @@ namespace globalmatch::scenes {
 struct noisy_match {
   position_set source, target;
   Eigen::Isometry3d truth;
-  map_pair maps;
+  matching_context maps;
   hypothesis best;
 
   noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
       : source(set_in_order(random_stems(random, stems, 30, 20))),
-        truth(random_levelled_motion(random)),
+        truth(random_levelled_transform(random)),
         maps(source, target, false, dof, 100) {
     target = set_in_order(noisy(moved(truth, source.at), sigma, random));
     for (stem_index i = 0; i < stems; ++i) best.correspondences.push_back({i, i});
     best.target_from_source = *maps.fit(best.correspondences);
-    best.tolerance = 100 * sigma;
+    best.inlier_threshold = 100 * sigma;
   }
 
   /// What leads from the estimate to the truth.

@@ -63,20 +63,20 @@ inline positions noisy(positions stems, double sigma, random_source& random) {
 
 /// Rotation about the z axis [rad], then translation [m].
 inline Eigen::Isometry3d yaw_and_shift(double yaw, const Eigen::Vector3d& shift) {
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  motion.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  motion.translation() = shift;
-  return motion;
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  transform.translation() = shift;
+  return transform;
 }
 
-inline Eigen::Isometry3d random_levelled_motion(random_source& random) {
+inline Eigen::Isometry3d random_levelled_transform(random_source& random) {
   const double yaw = uniform(random, -std::numbers::pi, std::numbers::pi);
   const double x = uniform(random, -50, 50), y = uniform(random, -50, 50), z = uniform(random, -5, 5);
   return yaw_and_shift(yaw, {x, y, z});
 }
 
-inline positions moved(const Eigen::Isometry3d& motion, positions stems) {
-  for (Eigen::Vector3d& p : stems) p = motion * p;
+inline positions moved(const Eigen::Isometry3d& transform, positions stems) {
+  for (Eigen::Vector3d& p : stems) p = transform * p;
   return stems;
 }
 
@@ -121,7 +121,7 @@ inline two_views half_overlapping_views(random_source& random, std::size_t stems
   };
   const positions left = strip(-15), shared = strip(0), right = strip(15);
   two_views views;
-  views.target_from_source = random_levelled_motion(random);
+  views.target_from_source = random_levelled_transform(random);
   for (const auto& [view, own] : {std::pair(&views.source, &left), std::pair(&views.target, &right)}) {
     *view = shared;
     view->insert(view->end(), own->begin(), own->end());
@@ -135,8 +135,8 @@ inline two_views half_overlapping_views(random_source& random, std::size_t stems
 }
 
 /// Largest distance [m] between the stems as two motions lay them.
-inline double largest_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
-                            const positions& stems) {
+inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
+                        const positions& stems) {
   double largest = 0;
   for (const Eigen::Vector3d& p : stems) largest = std::max(largest, (estimate * p - truth * p).norm());
   return largest;

@@ -155,8 +155,8 @@ TEST_CASE("a cell width that is not positive is refused") {
 TEST_CASE("sorting can be cancelled") {
   local_points points;
   points.push_back({0, 0, 0}, 0);
-  const execution how{.on_progress = [](const progress& p) { return p.stage != "cells"; }};
-  CHECK_THROWS_AS(sort_into_cells(points, 0.05, how), operation_cancelled);
+  const execution exec{.on_progress = [](const progress& p) { return p.stage != "cells"; }};
+  CHECK_THROWS_AS(sort_into_cells(points, 0.05, exec), operation_cancelled);
 }
 
 }  // namespace globalmatch

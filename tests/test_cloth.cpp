@@ -26,7 +26,7 @@ std::vector<float> raster_of(const std::function<double(double, double)>& height
 }
 
 /// Largest distance [m] of the cloth from the ground.
-float largest_gap(const cloth& surface, const std::vector<float>& ground) {
+float max_gap(const cloth& surface, const std::vector<float>& ground) {
   REQUIRE(surface.heights.size() == ground.size());
   float largest = 0;
   for (std::size_t i = 0; i < ground.size(); ++i)
@@ -45,19 +45,19 @@ TEST_CASE("the cloth lies on level ground") {
   const cloth surface = simulate_cloth(ground, columns, rows);
   CHECK(surface.columns == columns);
   CHECK(surface.rows == rows);
-  CHECK(largest_gap(surface, ground) == 0);
+  CHECK(max_gap(surface, ground) == 0);
 }
 
 TEST_CASE("the cloth lies within the ground band of slopes up to 30 degrees and of rolling ground") {
   for (const double gradient : {0.1, 0.27, 0.58}) {
     CAPTURE(gradient);
     const auto slope = raster_of([&](double x, double) { return gradient * x; });
-    CHECK(largest_gap(simulate_cloth(slope, columns, rows), slope) < 0.5f);
+    CHECK(max_gap(simulate_cloth(slope, columns, rows), slope) < 0.5f);
     const auto diagonal = raster_of([&](double x, double y) { return gradient * (x + y) * std::sqrt(0.5); });
-    CHECK(largest_gap(simulate_cloth(diagonal, columns, rows), diagonal) < 0.5f);
+    CHECK(max_gap(simulate_cloth(diagonal, columns, rows), diagonal) < 0.5f);
   }
   const auto hills = raster_of(steep_hills);
-  CHECK(largest_gap(simulate_cloth(hills, columns, rows), hills) < 0.5f);
+  CHECK(max_gap(simulate_cloth(hills, columns, rows), hills) < 0.5f);
 }
 
 TEST_CASE("the cloth does not climb trees that stand on the ground") {
@@ -70,7 +70,7 @@ TEST_CASE("the cloth does not climb trees that stand on the ground") {
       const int row = std::min(rows - 1, int(random.below(rows)) + r);
       lowest[cell(column, row)] = ground[cell(column, row)] + 2 + 3 * float(random.uniform());
     }
-  CHECK(largest_gap(simulate_cloth(lowest, columns, rows), ground) < 0.7f);
+  CHECK(max_gap(simulate_cloth(lowest, columns, rows), ground) < 0.7f);
 }
 
 TEST_CASE("the cloth spans cells without points") {
@@ -80,7 +80,7 @@ TEST_CASE("the cloth spans cells without points") {
     for (int c = 10; c < 16; ++c) lowest[cell(c, r)] = no_height;
   for (int r = 0; r < rows; ++r) lowest[cell(0, r)] = lowest[cell(columns - 1, r)] = no_height;
   const cloth surface = simulate_cloth(lowest, columns, rows);
-  CHECK(largest_gap(surface, ground) < 0.8f);
+  CHECK(max_gap(surface, ground) < 0.8f);
 }
 
 TEST_CASE("a raster with a single height makes a level cloth, whatever its size") {

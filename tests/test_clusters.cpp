@@ -31,12 +31,12 @@ TEST_CASE("clusters equal brute-force union-find, in every container") {
   random_source random(1);
   const scenes::cloud points = scenes::random_cloud(random, 400, 10);
   for (const double link : {0.3, 0.8, 1.2, 3.0})
-    for (const std::size_t least_points : {1u, 2u, 5u}) {
+    for (const std::size_t min_points : {1u, 2u, 5u}) {
       const groups expected =
-          oracles::union_find_clusters(points, std::vector<float>(points.size(), float(link)), least_points);
+          oracles::union_find_clusters(points, std::vector<float>(points.size(), float(link)), min_points);
       containers::for_each_container(points, [&](const std::string& kind, const auto& range) {
-        CAPTURE(kind, link, least_points);
-        CHECK((groups_of(cluster_points(range, link, least_points)) == expected));
+        CAPTURE(kind, link, min_points);
+        CHECK((groups_of(cluster_points(range, link, min_points)) == expected));
       });
     }
 }
@@ -159,8 +159,8 @@ TEST_CASE("clustering refuses bad link distances by name") {
 }
 
 TEST_CASE("clustering can be cancelled") {
-  const execution how{.on_progress = [](const progress& p) { return p.stage != "clusters"; }};
-  CHECK_THROWS_AS(cluster_points(scenes::cloud(3, Vector3f::Zero()), 1, 1, how), operation_cancelled);
+  const execution exec{.on_progress = [](const progress& p) { return p.stage != "clusters"; }};
+  CHECK_THROWS_AS(cluster_points(scenes::cloud(3, Vector3f::Zero()), 1, 1, exec), operation_cancelled);
 }
 
 }  // namespace globalmatch

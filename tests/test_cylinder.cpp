@@ -154,16 +154,16 @@ TEST_CASE("cylinders beyond the limits of radius and lean are not found") {
   };
   const cylinder stem = leaning(0, 0, 0, 0.2, 12, 90);
   CHECK(find(stem, [](cylinder_options&) {}));
-  CHECK_FALSE(find(stem, [](auto& o) { o.largest_radius = 0.19; }));
-  CHECK_FALSE(find(stem, [](auto& o) { o.smallest_radius = 0.21; }));
+  CHECK_FALSE(find(stem, [](auto& o) { o.max_radius = 0.19; }));
+  CHECK_FALSE(find(stem, [](auto& o) { o.min_radius = 0.21; }));
 }
 
 TEST_CASE("limits of radius and lean are inclusive") {
   cylinder_options options;
-  CHECK(within_limits(upright(0, 0, 0, options.smallest_radius), options));
-  CHECK(within_limits(upright(0, 0, 0, options.largest_radius), options));
-  CHECK_FALSE(within_limits(upright(0, 0, 0, options.smallest_radius - 1e-9), options));
-  CHECK_FALSE(within_limits(upright(0, 0, 0, options.largest_radius + 1e-9), options));
+  CHECK(within_limits(upright(0, 0, 0, options.min_radius), options));
+  CHECK(within_limits(upright(0, 0, 0, options.max_radius), options));
+  CHECK_FALSE(within_limits(upright(0, 0, 0, options.min_radius - 1e-9), options));
+  CHECK_FALSE(within_limits(upright(0, 0, 0, options.max_radius + 1e-9), options));
   CHECK(within_limits(leaning(0, 0, 0, 0.1, 29.99, 30), options));
   CHECK_FALSE(within_limits(leaning(0, 0, 0, 0.1, 30.01, 30), options));
 }
@@ -306,18 +306,17 @@ TEST_CASE("fitting refuses bad arguments by name") {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   CHECK(message([](cylinder_options&) {}).empty());
   for (const double bad : {0.0, -1.0, 0.6, nan})
-    CHECK(message([&](auto& o) { o.smallest_radius = bad; }).starts_with("cylinder.smallest_radius"));
-  CHECK(message([&](auto& o) { o.largest_radius = nan; }).find("cylinder.largest_radius") !=
-        std::string::npos);
+    CHECK(message([&](auto& o) { o.min_radius = bad; }).starts_with("cylinder.min_radius"));
+  CHECK(message([&](auto& o) { o.max_radius = nan; }).find("cylinder.max_radius") != std::string::npos);
   for (const double bad : {-1.0, 90.0, nan})
-    CHECK(message([&](auto& o) { o.largest_lean = bad; }).starts_with("cylinder.largest_lean"));
+    CHECK(message([&](auto& o) { o.max_tilt_deg = bad; }).starts_with("cylinder.max_tilt_deg"));
   for (const double bad : {0.0, -1.0, nan})
     CHECK(message([&](auto& o) { o.distance_tolerance = bad; }).starts_with("cylinder.distance_tolerance"));
   for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()})
     CHECK(message([&](auto& o) { o.taper_weight = bad; }).starts_with("cylinder.taper_weight"));
-  CHECK(message([](auto& o) { o.draws = 0; }).starts_with("cylinder.draws"));
+  CHECK(message([](auto& o) { o.max_iterations = 0; }).starts_with("cylinder.draws"));
   cylinder_options no_draws;
-  no_draws.draws = 0;
+  no_draws.max_iterations = 0;
   CHECK(message_of([&] { fit(seen, no_draws); }).starts_with("cylinder.draws"));
   const std::vector<Vector3d> too_few(19, Vector3d::UnitX());
   CHECK(message_of([&] { fit_cylinder(seen.points, too_few, {}, random); }).starts_with("normals"));

@@ -57,11 +57,11 @@ std::uint64_t hash_of(const registration& r, const std::vector<stem_index>& orde
   h.add(r.outcome);
   if (r.target_from_source) h.add_matrix(r.target_from_source->matrix());
   h.add(r.matching.probability);
-  h.add(r.matching.tolerance);
+  h.add(r.matching.inlier_threshold);
   if (r.matching.uncertainty) h.add_matrix(r.matching.uncertainty->covariance);
   for (const hypothesis& found : r.matching.hypotheses) {
     h.add_matrix(found.target_from_source.matrix());
-    h.add(found.log10_false_alarms);
+    h.add(found.log10_nfa);
     std::vector<correspondence> pairs;
     for (const correspondence& c : found.correspondences)
       pairs.push_back({name(order, c.source), name(order_of_target, c.target)});

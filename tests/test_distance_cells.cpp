@@ -10,22 +10,21 @@ namespace globalmatch {
 
 namespace {
 
-void require_all_found(const scenes::positions& positions, bool horizontal, double tolerance,
+void require_all_found(const scenes::positions& positions, bool horizontal, double epsilon,
                        random_source& random) {
   const position_set stems = scenes::set_in_order(positions);
-  const distance_cells cells(stems, horizontal, tolerance);
+  const distance_cells cells(stems, horizontal, epsilon);
   REQUIRE(cells.size() == stems.size());
   for (stem_index i = 0; i < stems.size(); ++i)
     for (stem_index other = 0; other < stems.size(); ++other) {
       // Also distances that differ by just the tolerance from one in the map.
       const double own = stem_distance(stems.at[i], stems.at[other], horizontal);
-      for (const double distance :
-           {own, own + tolerance, std::abs(own - tolerance), std::nextafter(own + tolerance, 0),
-            scenes::uniform(random, 0, 3 * own)}) {
+      for (const double distance : {own, own + epsilon, std::abs(own - epsilon),
+                                    std::nextafter(own + epsilon, 0), scenes::uniform(random, 0, 3 * own)}) {
         std::multiset<stem_index> found, expected;
         cells.for_each_at(i, distance, [&](stem_index j) { found.insert(j); });
         for (stem_index j = 0; j < stems.size(); ++j)
-          if (std::abs(distance - stem_distance(stems.at[i], stems.at[j], horizontal)) < tolerance)
+          if (std::abs(distance - stem_distance(stems.at[i], stems.at[j], horizontal)) < epsilon)
             expected.insert(j);
         REQUIRE(found == expected);
         REQUIRE(std::size_t(cells.counts(i)[cells.cell(distance)]) >= found.size());
@@ -40,8 +39,8 @@ TEST_CASE("distance cells show the stems at a distance, each once") {
     INFO("seed " << seed);
     random_source random(seed);
     const auto stems = scenes::random_stems(random, 1 + random.below(20), 20, 20);
-    for (const double tolerance : {0.05, 1.0, 100.0, 1e-9})
-      require_all_found(stems, seed % 2 == 0, tolerance, random);
+    for (const double epsilon : {0.05, 1.0, 100.0, 1e-9})
+      require_all_found(stems, seed % 2 == 0, epsilon, random);
   }
 }
 

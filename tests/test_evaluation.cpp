@@ -88,8 +88,9 @@ TEST_CASE("points that are not finite do not count, and no points give no pointw
 }
 
 TEST_CASE("an up without direction is refused") {
-  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
-  CHECK_THROWS_AS(evaluate_registration(still, still, one_point, Eigen::Vector3d(0, 0, 0)),
+  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
+  CHECK_THROWS_AS(evaluate_registration(convergence_threshold, convergence_threshold, one_point,
+                                        Eigen::Vector3d(0, 0, 0)),
                   std::invalid_argument);
 }
 
@@ -110,7 +111,7 @@ TEST_CASE("score_map pairs one to one, nearest first, strictly within the distan
   CHECK(score.true_finds == 2);
   CHECK(score.required == 4);
   CHECK(score.required_found == 2);
-  CHECK(score.plan_error == Approx(0.0625));
+  CHECK(score.horizontal_error == Approx(0.0625));
   CHECK(score.height_error == Approx(2.5));
   CHECK(score.precision() == Approx(2.0 / 5));
   CHECK(score.recall() == Approx(2.0 / 4));
@@ -160,7 +161,7 @@ TEST_CASE("empty maps have scores, not divisions by zero") {
   CHECK(score_map(one, none).f1() == 0);
   CHECK(score_map(none, one).recall() == 0);
   CHECK(score_map(none, one).f1() == 0);
-  CHECK(score_map(none, one).plan_error == 0);
+  CHECK(score_map(none, one).horizontal_error == 0);
   CHECK(map_score{.found = 1, .required = 1}.f1() == 0);
 }
 

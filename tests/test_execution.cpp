@@ -60,8 +60,8 @@ TEST_CASE("parallel_for calls the work once for every index") {
 
 TEST_CASE("parallel_chunks over nothing names its stage and does no work") {
   int reports = 0;
-  const execution how{.on_progress = [&](const progress& p) { return ++reports > 0 && p.fraction == 0; }};
-  CHECK_NOTHROW(parallel_chunks(how, "none", 0, 10,
+  const execution exec{.on_progress = [&](const progress& p) { return ++reports > 0 && p.fraction == 0; }};
+  CHECK_NOTHROW(parallel_chunks(exec, "none", 0, 10,
                                 [](std::size_t, std::size_t) { throw std::logic_error("called"); }));
   CHECK(reports == 1);
 }
@@ -126,16 +126,16 @@ TEST_CASE("progress is reported on the calling thread, from 0 on, with the stage
     bool elsewhere = false, misnamed = false, out_of_order = false;
     double last = -1;
     int reports = 0;
-    const execution how{.threads = threads, .on_progress = [&](const progress& p) {
-                          ++reports;
-                          elsewhere |= std::this_thread::get_id() != caller;
-                          misnamed |= p.stage != "counting";
-                          out_of_order |=
-                              reports == 1 ? p.fraction != 0 : p.fraction <= last || p.fraction > 1;
-                          last = p.fraction;
-                          return true;
-                        }};
-    parallel_chunks(how, "counting", 100, 1, [](std::size_t, std::size_t) {
+    const execution exec{.threads = threads, .on_progress = [&](const progress& p) {
+                           ++reports;
+                           elsewhere |= std::this_thread::get_id() != caller;
+                           misnamed |= p.stage != "counting";
+                           out_of_order |=
+                               reports == 1 ? p.fraction != 0 : p.fraction <= last || p.fraction > 1;
+                           last = p.fraction;
+                           return true;
+                         }};
+    parallel_chunks(exec, "counting", 100, 1, [](std::size_t, std::size_t) {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     });
     CHECK(reports >= 1);
@@ -151,36 +151,36 @@ TEST_CASE("progress is reported on the calling thread, from 0 on, with the stage
 
 TEST_CASE("a progress callback that returns false cancels what is left") {
   std::atomic<int> calls = 0;
-  const execution how{.threads = 1, .on_progress = [&](const progress& p) { return p.fraction < 0.3; }};
-  CHECK_THROWS_AS(parallel_chunks(how, "cancel", 100, 10, [&](std::size_t, std::size_t) { ++calls; }),
+  const execution exec{.threads = 1, .on_progress = [&](const progress& p) { return p.fraction < 0.3; }};
+  CHECK_THROWS_AS(parallel_chunks(exec, "cancel", 100, 10, [&](std::size_t, std::size_t) { ++calls; }),
                   operation_cancelled);
   CHECK(calls == 3);
   const execution at_once{.threads = 1, .on_progress = [](const progress&) { return false; }};
   CHECK_THROWS_AS(parallel_chunks(at_once, "cancel", 100, 10, [&](std::size_t, std::size_t) { ++calls; }),
                   operation_cancelled);
   CHECK(calls == 3);
-  CHECK_THROWS_AS(report_progress(how, "cancel", 0.5), operation_cancelled);
-  CHECK_NOTHROW(report_progress(how, "go on", 0.1));
+  CHECK_THROWS_AS(report_progress(exec, "cancel", 0.5), operation_cancelled);
+  CHECK_NOTHROW(report_progress(exec, "go on", 0.1));
   CHECK_NOTHROW(report_progress({}, "nobody listens", 0.1));
 }
 
 TEST_CASE("an exception from the progress callback reaches the caller") {
-  const execution how{.threads = 2, .on_progress = [](const progress&) -> bool {
-                        throw std::invalid_argument("from the callback");
-                      }};
+  const execution exec{.threads = 2, .on_progress = [](const progress&) -> bool {
+                         throw std::invalid_argument("from the callback");
+                       }};
   CHECK(message_of([&] {
-          parallel_chunks(how, "throw", 100, 1, [](std::size_t, std::size_t) {
+          parallel_chunks(exec, "throw", 100, 1, [](std::size_t, std::size_t) {
             std::this_thread::sleep_for(std::chrono::microseconds(100));
           });
         }) == "from the callback");
 }
 
 TEST_CASE("a negative number of threads is refused") {
-  const execution how{.threads = -1};
-  CHECK(message_of([&] { require_valid(how); }).starts_with("execution.threads"));
-  CHECK(message_of([&] { thread_count(how); }).starts_with("execution.threads"));
+  const execution exec{.threads = -1};
+  CHECK(message_of([&] { require_valid(exec); }).starts_with("execution.threads"));
+  CHECK(message_of([&] { thread_count(exec); }).starts_with("execution.threads"));
   CHECK(message_of([&] {
-          parallel_chunks(how, "none", 5, 1, [](std::size_t, std::size_t) {});
+          parallel_chunks(exec, "none", 5, 1, [](std::size_t, std::size_t) {});
         }).starts_with("execution.threads"));
 }
 

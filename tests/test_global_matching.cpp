@@ -18,9 +18,9 @@ namespace {
 using scenes::four;
 
 std::vector<triangle_pair> local_pairs(const position_set& source, const position_set& target,
-                                       bool horizontal, double tolerance, int neighbors = 6) {
+                                       bool horizontal, double epsilon, int neighbors = 6) {
   return match_locally(build_triangles(source, horizontal, {.neighbors = neighbors}),
-                       build_triangles(target, horizontal, {.neighbors = neighbors}), tolerance);
+                       build_triangles(target, horizontal, {.neighbors = neighbors}), epsilon);
 }
 
 std::size_t consensus_size(const consensus_finder& finder, std::size_t seed) {
@@ -30,10 +30,10 @@ std::size_t consensus_size(const consensus_finder& finder, std::size_t seed) {
 }
 
 void require_algorithm_1(const position_set& source, const position_set& target,
-                         const std::vector<triangle_pair>& pairs, bool horizontal, double tolerance) {
-  const auto sets = oracles::consensus_sets(source, target, pairs, horizontal, tolerance);
-  const map_pair maps(source, target, horizontal, four);
-  const consensus_finder finder(maps, pairs, tolerance);
+                         const std::vector<triangle_pair>& pairs, bool horizontal, double epsilon) {
+  const auto sets = oracles::consensus_sets(source, target, pairs, horizontal, epsilon);
+  const matching_context maps(source, target, horizontal, four);
+  const consensus_finder finder(maps, pairs, epsilon);
   const auto bounds = consensus_bounds(finder, 0);
   const auto by_votes_alone = consensus_bounds(finder, std::numeric_limits<std::size_t>::max());
   auto by_agreement = bounds;
@@ -59,7 +59,7 @@ void require_algorithm_1(const position_set& source, const position_set& target,
 
 /// Congruent pairs that no local matching made: any three stems, also the same one twice, in any order.
 std::vector<triangle_pair> any_pairs(const position_set& source, const position_set& target, bool horizontal,
-                                     double tolerance, random_source& random) {
+                                     double epsilon, random_source& random) {
   std::vector<triangle_pair> pairs;
   for (int tries = 0; tries < 400 && pairs.size() < 30; ++tries) {
     triangle_pair pair;
@@ -67,7 +67,7 @@ std::vector<triangle_pair> any_pairs(const position_set& source, const position_
       pair.source[i] = random.below(static_cast<std::uint32_t>(source.size()));
       pair.target[i] = random.below(static_cast<std::uint32_t>(target.size()));
     }
-    if (oracles::global_dissimilarity(source, target, pair, pair, horizontal) < tolerance)
+    if (oracles::global_dissimilarity(source, target, pair, pair, horizontal) < epsilon)
       pairs.push_back(pair);
   }
   return pairs;
@@ -82,9 +82,9 @@ void require_same(const hypothesis& a, const hypothesis& b) {
 
 /// Whether two triangle pairs agree.
 bool agree(const position_set& source, const position_set& target, const triangle_pair& a,
-           const triangle_pair& b, double tolerance = 0.05) {
-  const map_pair maps(source, target, false, four);
-  const consensus_finder finder(maps, std::vector{a, b}, tolerance);
+           const triangle_pair& b, double epsilon = 0.05) {
+  const matching_context maps(source, target, false, four);
+  const consensus_finder finder(maps, std::vector{a, b}, epsilon);
   CHECK(consensus_size(finder, 0) == consensus_size(finder, 1));
   return consensus_size(finder, 0) == 2;
 }
@@ -165,9 +165,9 @@ TEST_CASE("consensus sets equal Algorithm 1 for pairs of any stems") {
     const position_set source = scenes::set_in_order(scenes::random_stems(random, 3 + random.below(5), 5, 5));
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 3 + random.below(5), 5, 5));
     const bool horizontal = seed % 2 == 0;
-    const double tolerance = scenes::uniform(random, 0.3, 3);
-    const auto pairs = any_pairs(source, target, horizontal, tolerance, random);
-    require_algorithm_1(source, target, pairs, horizontal, tolerance);
+    const double epsilon = scenes::uniform(random, 0.3, 3);
+    const auto pairs = any_pairs(source, target, horizontal, epsilon, random);
+    require_algorithm_1(source, target, pairs, horizontal, epsilon);
   }
 }
 
@@ -182,8 +182,8 @@ TEST_CASE(
       return scenes::set_in_order(scenes::reordered(whole, order));
     };
     const position_set source = part(), target = part();
-    for (const double tolerance : {0.05, 1.0, 2.0})  // 2: a difference of just the tolerance is none
-      require_algorithm_1(source, target, local_pairs(source, target, false, tolerance, 5), false, tolerance);
+    for (const double epsilon : {0.05, 1.0, 2.0})  // 2: a difference of just the tolerance is none
+      require_algorithm_1(source, target, local_pairs(source, target, false, epsilon, 5), false, epsilon);
   }
 }
 
@@ -192,7 +192,7 @@ TEST_CASE("bounds of large maps hold, and most seeds are ruled out by votes alon
   const auto views = scenes::half_overlapping_views(random, 120);
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
   const auto pairs = local_pairs(source, target, false, 0.1, 12);
-  const map_pair maps(source, target, false, four);
+  const matching_context maps(source, target, false, four);
   const consensus_finder finder(maps, pairs, 0.1);
   REQUIRE(finder.correspondences().size() > agreements::room);
   const std::size_t best = largest_consensus(finder).best.size;
@@ -215,7 +215,7 @@ TEST_CASE("a sufficient consensus set ends the search") {
   const auto views = scenes::half_overlapping_views(random, 40);
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
   const auto pairs = local_pairs(source, target, false, 0.1, 12);
-  const map_pair maps(source, target, false, four);
+  const matching_context maps(source, target, false, four);
   const consensus_finder finder(maps, pairs, 0.1);
   const std::size_t largest = largest_consensus(finder).best.size;
   const std::size_t enough = largest_consensus(finder, 4).best.size;
@@ -226,7 +226,7 @@ TEST_CASE("a sufficient consensus set ends the search") {
 
 TEST_CASE("the consensus set of a single pair is itself") {
   const position_set stems = two_triangles(0);
-  const map_pair maps(stems, stems, false, four);
+  const matching_context maps(stems, stems, false, four);
   const consensus_finder finder(maps, std::vector{first_pair}, 0.05);
   CHECK(finder.consensus(0) == std::vector<std::uint32_t>{0});
 }
@@ -247,7 +247,7 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
 
     std::vector<std::uint32_t> all(consensus.size());
     std::iota(all.begin(), all.end(), 0u);
-    const map_pair maps(stems, stems, false, four);
+    const matching_context maps(stems, stems, false, four);
     const auto chosen = vote_correspondences(consensus_finder(maps, consensus, 0.05), all);
     CHECK(std::is_sorted(chosen.begin(), chosen.end()));
     std::set<stem_index> sources, targets;
@@ -274,7 +274,7 @@ TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but fo
     const position_set target = scenes::set_in_order(views.target);
     const auto pairs = local_pairs(source, target, false, 0.05);
     const auto expected = oracles::largest_consensus(source, target, pairs, false, 0.05);
-    const auto hypotheses = match_globally(map_pair(source, target, false, four), pairs, 0.05);
+    const auto hypotheses = match_globally(matching_context(source, target, false, four), pairs, 0.05);
     REQUIRE_FALSE(hypotheses.empty());
     const hypothesis& best = hypotheses.front();
     CHECK(scenes::largest_error(best.target_from_source, views.target_from_source, views.source) < 0.05);
@@ -292,11 +292,11 @@ TEST_CASE("match_globally gives ranked and distinct hypotheses that stand") {
     random_source random(seed);
     const position_set source = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
-    const map_pair maps(source, target, false, four);
+    const matching_context maps(source, target, false, four);
     const auto hypotheses = match_globally(maps, local_pairs(source, target, false, 0.3), 0.3);
     CHECK(std::is_sorted(hypotheses.begin(), hypotheses.end(), ranks_before));
     for (const hypothesis& a : hypotheses) {
-      CHECK(a.tolerance == 0.3);
+      CHECK(a.inlier_threshold == 0.3);
       CHECK(maps.pair_stems(a.target_from_source, 0.3) == a.correspondences);
       for (const hypothesis& b : hypotheses)
         if (&a != &b) CHECK(differ(a, b, maps, 2 * 0.3));
@@ -308,12 +308,12 @@ TEST_CASE("match_globally finds at least two hypotheses on a lattice") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::lattice(5, 5, 2.5));
   const position_set target = scenes::set_in_order(scenes::jittered(stems.at, 0.02, random));
-  const map_pair maps(stems, target, false, four);
+  const matching_context maps(stems, target, false, four);
   for (const global_matching_options options :
-       {global_matching_options{}, {.most_hypotheses = 2, .most_seeds = 2}}) {
+       {global_matching_options{}, {.max_hypotheses = 2, .max_seeds = 2}}) {
     const auto hypotheses = match_globally(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
     CHECK(hypotheses.size() >= 2);
-    CHECK(hypotheses.size() <= std::size_t(options.most_hypotheses));
+    CHECK(hypotheses.size() <= std::size_t(options.max_hypotheses));
   }
 }
 
@@ -321,7 +321,7 @@ TEST_CASE("match_globally gives the same bits for any number of threads") {
   random_source random(2);
   const auto views = scenes::half_overlapping_views(random, 40);
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
-  const map_pair maps(source, target, false, four);
+  const matching_context maps(source, target, false, four);
   const auto pairs = local_pairs(source, target, false, 0.2, 12);
   REQUIRE(pairs.size() > 128);
   const auto expected = match_globally(maps, pairs, 0.2, {}, {.threads = 1});
@@ -334,16 +334,16 @@ TEST_CASE("match_globally gives the same bits for any number of threads") {
 
 TEST_CASE("match_globally of no pairs is no hypothesis") {
   const position_set none;
-  CHECK(match_globally(map_pair(none, none, false, four), {}, 0.05).empty());
+  CHECK(match_globally(matching_context(none, none, false, four), {}, 0.05).empty());
 }
 
 TEST_CASE("global matching options that make no sense are named") {
   CHECK_NOTHROW(require_valid(global_matching_options{}));
-  CHECK_THROWS_AS(require_valid(global_matching_options{.most_hypotheses = 1}), std::invalid_argument);
-  CHECK_THROWS_WITH(require_valid(global_matching_options{.most_hypotheses = 1}),
-                    Catch::Contains("most_hypotheses must"));
-  CHECK_THROWS_WITH(require_valid(global_matching_options{.most_hypotheses = 5, .most_seeds = 4}),
-                    Catch::Contains("most_seeds must"));
+  CHECK_THROWS_AS(require_valid(global_matching_options{.max_hypotheses = 1}), std::invalid_argument);
+  CHECK_THROWS_WITH(require_valid(global_matching_options{.max_hypotheses = 1}),
+                    Catch::Contains("max_hypotheses must"));
+  CHECK_THROWS_WITH(require_valid(global_matching_options{.max_hypotheses = 5, .max_seeds = 4}),
+                    Catch::Contains("max_seeds must"));
 }
 
 }  // namespace globalmatch

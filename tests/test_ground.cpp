@@ -26,7 +26,7 @@ void for_each_place(double margin, const Visit& visit) {
 }
 
 /// Largest error of the terrain's height, for a scan in a frame whose z is up.
-double largest_error(const terrain& ground, const height_function& truth, double margin = 0) {
+double max_error(const terrain& ground, const height_function& truth, double margin = 0) {
   double largest = 0;
   for_each_place(margin, [&](double x, double y) {
     const Vector3d local = ground.frame.to_local({x, y, truth(x, y)});
@@ -131,8 +131,8 @@ TEST_CASE("slopes with noise and multipath points are recovered to 2 cm, up to t
       CAPTURE(degrees, azimuth);
       const scenes::slope plane{degrees, azimuth};
       const ground_model model = model_ground(sloped_scan(1, plane));
-      CHECK(largest_error(model.terrain, plane, 1) < 0.02);
-      CHECK(largest_error(model.terrain, plane) < 0.02);
+      CHECK(max_error(model.terrain, plane, 1) < 0.02);
+      CHECK(max_error(model.terrain, plane) < 0.02);
       CHECK(model.funnel.low_outliers > 30);
     }
 }
@@ -157,7 +157,7 @@ TEST_CASE("bumps and hollows of the ground are followed") {
   random_source random(3);
   scenes::cloud scan = scenes::ground_points(random, size, 0.1, noise, rolling);
   add_multipath(scan, random);
-  CHECK(largest_error(model_ground(scan).terrain, rolling, 0.5) < 0.06);
+  CHECK(max_error(model_ground(scan).terrain, rolling, 0.5) < 0.06);
 }
 
 TEST_CASE("a hole in the ground is known as a hole, and spanned") {
@@ -170,7 +170,7 @@ TEST_CASE("a hole in the ground is known as a hole, and spanned") {
   CHECK(height_in_scan(ground, 11, 10.5) == std::nullopt);
   CHECK(height_in_scan(ground, 13.5, 10).has_value());
   const Vector3d local = ground.frame.to_local({10, 10, plane(10, 10)});
-  CHECK_FALSE(ground.knows(local.x(), local.y()));
+  CHECK_FALSE(ground.is_known(local.x(), local.y()));
   CHECK(std::abs(ground.interpolated_height(local.x(), local.y()) - local.z()) < 0.1);
 }
 
@@ -201,7 +201,7 @@ TEST_CASE("shrubs, stems and a roof of leaves do not lift the terrain by more th
     }
     for (const Vector3f& p : scenes::random_cloud(random, 5000, size))
       scan.push_back(scenes::exact({p.x(), p.y(), plane(p.x(), p.y()) + 8 + 0.1 * p.z()}));
-    CHECK(largest_error(model_ground(scan).terrain, plane) < 0.05);
+    CHECK(max_error(model_ground(scan).terrain, plane) < 0.05);
   }
 }
 
@@ -266,9 +266,9 @@ TEST_CASE("outliers a million kilometres away and points that are not finite do 
     CAPTURE(outlier.transpose());
     scenes::cloud spoiled = scan;
     spoiled.insert(spoiled.begin() + 1000, outlier);
-    CHECK(largest_error(model_ground(spoiled).terrain, plane) < 0.02);
+    CHECK(max_error(model_ground(spoiled).terrain, plane) < 0.02);
     spoiled.insert(spoiled.begin(), outlier);
-    CHECK(largest_error(model_ground(spoiled).terrain, plane) < 0.02);
+    CHECK(max_error(model_ground(spoiled).terrain, plane) < 0.02);
   }
 }
 
@@ -326,12 +326,14 @@ TEST_CASE("bad ground options are refused by name") {
     CHECK(message([&](auto& o) { o.cloth.time_step = bad; }).starts_with("ground.cloth.time_step"));
     CHECK(message([&](auto& o) { o.cloth.gravity = bad; }).find("ground.cloth.gravity") != std::string::npos);
     CHECK(message([&](auto& o) { o.low_point_depth = bad; }).starts_with("ground.low_point_depth"));
-    CHECK(message([&](auto& o) { o.steepest_slope = bad; }).starts_with("ground.steepest_slope"));
+    CHECK(message([&](auto& o) { o.max_slope = bad; }).starts_with("ground.max_slope"));
     CHECK(message([&](auto& o) { o.ground_band = bad; }).starts_with("ground.ground_band"));
     CHECK(message([&](auto& o) { o.hole_radius = bad; }).starts_with("ground.hole_radius"));
   }
   for (const double bad : {-1.0, nan}) {
-    CHECK(message([&](auto& o) { o.cloth.at_rest = bad; }).starts_with("ground.cloth.at_rest"));
+    CHECK(message([&](auto& o) {
+            o.cloth.convergence_threshold = bad;
+          }).starts_with("ground.cloth.convergence_threshold"));
     CHECK(message([&](auto& o) { o.cloth.slope_step = bad; }).starts_with("ground.cloth.slope_step"));
   }
   CHECK(message([](auto& o) { o.cloth.rigidness = 0; }).starts_with("ground.cloth.rigidness"));
@@ -342,8 +344,8 @@ TEST_CASE("modelling the ground can be cancelled at any report") {
   const scenes::cloud scan = sloped_scan(13, {});
   for (int allowed = 0; allowed < 3; ++allowed) {
     int reports = 0;
-    const execution how{.on_progress = [&](const progress&) { return reports++ < allowed; }};
-    CHECK_THROWS_AS(model_ground(scan, {}, Vector3d::UnitZ(), how), operation_cancelled);
+    const execution exec{.on_progress = [&](const progress&) { return reports++ < allowed; }};
+    CHECK_THROWS_AS(model_ground(scan, {}, Vector3d::UnitZ(), exec), operation_cancelled);
     CHECK(reports == allowed + 1);
   }
 }

@@ -21,8 +21,8 @@ std::vector<correspondence> same_indices(std::size_t count) {
 }
 
 /// Checks what the members of a hypothesis promise.
-void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) {
-  CHECK(h.tolerance == tolerance);
+void require_sound(const hypothesis& h, const matching_context& maps, double inlier_threshold) {
+  CHECK(h.inlier_threshold == inlier_threshold);
   CHECK(std::is_sorted(h.correspondences.begin(), h.correspondences.end()));
   std::set<stem_index> sources, targets;
   double squares = 0;
@@ -30,8 +30,8 @@ void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) 
     CHECK(sources.insert(c.source).second);
     CHECK(targets.insert(c.target).second);
     const double distance = stem_distance(h.target_from_source * maps.source.at[c.source],
-                                          maps.target.at[c.target], maps.in_plan());
-    CHECK(distance < tolerance);
+                                          maps.target.at[c.target], maps.horizontal_distances());
+    CHECK(distance < inlier_threshold);
     squares += distance * distance;
   }
   CHECK(h.rms == Approx(std::sqrt(squares / double(h.correspondences.size()))).margin(1e-12));
@@ -42,36 +42,40 @@ void require_sound(const hypothesis& h, const map_pair& maps, double tolerance) 
 TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the tolerance") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {9, 0, 0}, {20, 0, 0}});
   const position_set target = scenes::set_in_order({{0.75, 0, 0}, {1.5, 0, 0}, {9.5, 0, 0}, {20, 0, 0.25}});
-  const map_pair maps(source, target, false, degrees_of_freedom::six);
-  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
-  CHECK(maps.pair_stems(still, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
-  CHECK(maps.pair_stems(still, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
-  CHECK(maps.pair_stems(still, 2) == std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
+  const matching_context maps(source, target, false, degrees_of_freedom::six);
+  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
+  CHECK(maps.pair_stems(convergence_threshold, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
+  CHECK(maps.pair_stems(convergence_threshold, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
+  CHECK(maps.pair_stems(convergence_threshold, 2) ==
+        std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
 }
 
 TEST_CASE("pair_stems leaves heights out where they do not count") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 40}, {5, 0, -3}});
-  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
-  CHECK(map_pair(source, target, true, four).pair_stems(still, 0.1).size() == 2);
-  CHECK(map_pair(source, target, false, four).pair_stems(still, 0.1).empty());
+  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
+  CHECK(matching_context(source, target, true, four).pair_stems(convergence_threshold, 0.1).size() == 2);
+  CHECK(matching_context(source, target, false, four).pair_stems(convergence_threshold, 0.1).empty());
 }
 
 TEST_CASE("in 4-DoF stems are paired in plan, unless their heights are too far apart") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
   const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -0.9}, {9.1, 0, 1.1}});
-  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
-  CHECK(map_pair(source, target, false, four).pair_stems(still, 0.2) == same_indices(2));
-  CHECK(map_pair(source, target, false, four, 0.8).pair_stems(still, 0.2).empty());
-  CHECK(map_pair(source, target, false, degrees_of_freedom::six).pair_stems(still, 0.2).empty());
+  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
+  CHECK(matching_context(source, target, false, four).pair_stems(convergence_threshold, 0.2) ==
+        same_indices(2));
+  CHECK(matching_context(source, target, false, four, 0.8).pair_stems(convergence_threshold, 0.2).empty());
+  CHECK(matching_context(source, target, false, degrees_of_freedom::six)
+            .pair_stems(convergence_threshold, 0.2)
+            .empty());
 }
 
 TEST_CASE("pair_stems of maps without stems pairs none") {
   const position_set none, one = scenes::set_in_order({{0, 0, 0}});
-  const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
-  CHECK(map_pair(none, none, false, four).pair_stems(still, 1).empty());
-  CHECK(map_pair(none, one, false, four).pair_stems(still, 1).empty());
-  CHECK(map_pair(one, none, false, four).pair_stems(still, 1).empty());
+  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
+  CHECK(matching_context(none, none, false, four).pair_stems(convergence_threshold, 1).empty());
+  CHECK(matching_context(none, one, false, four).pair_stems(convergence_threshold, 1).empty());
+  CHECK(matching_context(one, none, false, four).pair_stems(convergence_threshold, 1).empty());
 }
 
 TEST_CASE("the height of a 4-DoF motion is the median of what the pairs ask for") {
@@ -82,25 +86,26 @@ TEST_CASE("the height of a 4-DoF motion is the median of what the pairs ask for"
     for (std::size_t i = 0; i < count; ++i) flat[i] = {corners[i].x(), corners[i].y(), 0};
     const position_set source = scenes::set_in_order(flat);
     const position_set target = scenes::set_in_order({corners.begin(), corners.begin() + long(count)});
-    const auto motion = map_pair(source, target, false, four).fit(same_indices(count));
-    REQUIRE(motion);
-    CHECK(motion->translation().z() == Approx(medians[count]));
-    CHECK(motion->translation().head<2>().norm() == Approx(0).margin(1e-12));
+    const auto transform = matching_context(source, target, false, four).fit(same_indices(count));
+    REQUIRE(transform);
+    CHECK(transform->translation().z() == Approx(medians[count]));
+    CHECK(transform->translation().head<2>().norm() == Approx(0).margin(1e-12));
   }
 }
 
-TEST_CASE("map_pair tells the distances that a motion leaves, in plan in 4-DoF and in space in 6-DoF") {
+TEST_CASE(
+    "matching_context tells the distances that a motion leaves, in plan in 4-DoF and in space in 6-DoF") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {6, 0, 0}, {0, 6, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 1}, {6, 0, 4}, {0, 6, 1}});
   const auto pairs = same_indices(3);
-  const map_pair in_plan(source, target, false, four),
+  const matching_context horizontal_distances(source, target, false, four),
       in_space(source, target, false, degrees_of_freedom::six);
-  const Eigen::Isometry3d raised = scenes::yaw_and_shift(0, {0, 0, 2});
-  CHECK(in_space.rms(raised, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
-  CHECK(in_space.misfit(raised, pairs[1]) == Approx(2));
-  CHECK(in_plan.rms(raised, pairs) == Approx(0).margin(1e-12));
-  CHECK(in_plan.rms(raised, {}) == 0);
-  CHECK_FALSE(in_plan.fit(std::span(pairs).first(1)));
+  const Eigen::Isometry3d vertical_offset = scenes::yaw_and_shift(0, {0, 0, 2});
+  CHECK(in_space.rms(vertical_offset, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
+  CHECK(in_space.residual(vertical_offset, pairs[1]) == Approx(2));
+  CHECK(horizontal_distances.rms(vertical_offset, pairs) == Approx(0).margin(1e-12));
+  CHECK(horizontal_distances.rms(vertical_offset, {}) == 0);
+  CHECK_FALSE(horizontal_distances.fit(std::span(pairs).first(1)));
 }
 
 TEST_CASE("verify pairs all stems of the overlap from three correspondences, and its pairs stand") {
@@ -113,7 +118,7 @@ TEST_CASE("verify pairs all stems of the overlap from three correspondences, and
     const position_set target =
         scenes::set_in_order(scenes::moved(truth, scenes::noisy(stems, 0.005, random)));
     for (const auto dof : {four, degrees_of_freedom::six}) {
-      const map_pair maps(source, target, false, dof);
+      const matching_context maps(source, target, false, dof);
       const auto h = verify(maps, same_indices(40), 0.1);
       REQUIRE(h);
       CHECK(h->correspondences == same_indices(40));
@@ -121,7 +126,7 @@ TEST_CASE("verify pairs all stems of the overlap from three correspondences, and
       CHECK(scenes::largest_error(h->target_from_source, truth, source.at) < 0.02);
       require_sound(*h, maps, 0.1);
     }
-    const map_pair maps(source, target, false, four);
+    const matching_context maps(source, target, false, four);
     const auto grown = verify(maps, std::vector<correspondence>{{2, 2}, {7, 7}, {21, 21}}, 0.2);
     REQUIRE(grown);
     CHECK(grown->correspondences == same_indices(40));
@@ -137,7 +142,7 @@ TEST_CASE("verify drops a wrong correspondence that the others outvote") {
   position_set with_decoy = target;
   with_decoy.at.resize(41, {-50, -50, 0});
   with_decoy.at[40] = stems[4] + Eigen::Vector3d(0.8, 0, 0);
-  const auto h = verify(map_pair(source, with_decoy, false, four), start, 0.3);
+  const auto h = verify(matching_context(source, with_decoy, false, four), start, 0.3);
   REQUIRE(h);
   CHECK(h->correspondences == same_indices(20));
 }
@@ -151,15 +156,15 @@ TEST_CASE("whatever verify starts from, the stems it pairs lie within the tolera
     const auto order = scenes::random_order(20, random);
     std::vector<correspondence> start;
     for (stem_index i = 0; i < 5; ++i) start.push_back({i, static_cast<stem_index>(order[i])});
-    const double tolerance = seed % 2 == 0 ? 0.05 : 1.0;
-    const map_pair maps(source, target, false, four);
-    if (const auto h = verify(maps, start, tolerance)) require_sound(*h, maps, tolerance);
+    const double inlier_threshold = seed % 2 == 0 ? 0.05 : 1.0;
+    const matching_context maps(source, target, false, four);
+    if (const auto h = verify(maps, start, inlier_threshold)) require_sound(*h, maps, inlier_threshold);
   }
 }
 
 TEST_CASE("verify gives nothing when the correspondences do not determine a motion") {
   const position_set pile = scenes::set_in_order(positions(5, Eigen::Vector3d(1, 2, 3)));
-  const map_pair maps(pile, pile, false, four);
+  const matching_context maps(pile, pile, false, four);
   CHECK_FALSE(verify(maps, {}, 0.1));
   CHECK_FALSE(verify(maps, same_indices(1), 0.1));
   CHECK_FALSE(verify(maps, same_indices(5), 0.1));
@@ -168,7 +173,7 @@ TEST_CASE("verify gives nothing when the correspondences do not determine a moti
 TEST_CASE("verify looks further and further out, and gives up where its motion is not promising") {
   random_source random(8);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 2000, 150, 150));
-  const map_pair maps(stems, stems, true, degrees_of_freedom::four);
+  const matching_context maps(stems, stems, true, degrees_of_freedom::four);
   const std::vector<correspondence> start = {{0, 0}, {1, 1}, {2, 2}};
   double extent = 0;
   for (const Eigen::Vector3d& a : stems.at) extent = std::max(extent, (a - stems.at[0]).head<2>().norm());
@@ -182,7 +187,7 @@ TEST_CASE("verify looks further and further out, and gives up where its motion i
   CHECK(std::is_sorted(radii.begin(), radii.end()));
   for (const double radius : radii) CHECK(radius < 2 * extent);
   std::vector<neighbor<double>> nearest;
-  maps.source_plan->nearest(0, 2, nearest);
+  maps.source_index->nearest(0, 2, nearest);
   std::vector<correspondence> near_by = {{0, 0}};
   for (const auto& n : nearest) near_by.push_back({n.index, n.index});
   CHECK_FALSE(verify(maps, near_by, 0.05, [](const auto&...) { return false; }));
@@ -190,7 +195,7 @@ TEST_CASE("verify looks further and further out, and gives up where its motion i
 
 TEST_CASE("hypotheses differ when they lay the stems further apart than the distance, on average") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
-  const map_pair maps(source, source, false, four);
+  const matching_context maps(source, source, false, four);
   hypothesis a, b;
   a.correspondences = b.correspondences = same_indices(3);
   CHECK_FALSE(differ(a, b, maps, 0.1));
@@ -205,12 +210,12 @@ TEST_CASE("hypotheses differ when they lay the stems further apart than the dist
 }
 
 TEST_CASE("every witness has a name of its own") {
-  CHECK(to_string(witness::stems) == "stems");
-  CHECK(to_string(witness::gaps) == "gaps");
-  CHECK(to_string(witness::misfits) == "misfits");
-  CHECK(to_string(witness::heights) == "heights");
-  CHECK(to_string(witness::radii) == "radii");
-  CHECK(to_string(static_cast<witness>(99)) == "unknown");
+  CHECK(to_string(evidence_source::stems) == "stems");
+  CHECK(to_string(evidence_source::gaps) == "gaps");
+  CHECK(to_string(evidence_source::residuals) == "residuals");
+  CHECK(to_string(evidence_source::heights) == "heights");
+  CHECK(to_string(evidence_source::radii) == "radii");
+  CHECK(to_string(static_cast<evidence_source>(99)) == "unknown");
 }
 
 TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger consensus") {

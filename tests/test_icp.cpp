@@ -189,7 +189,7 @@ TEST_CASE("icp uses no more source points than asked for") {
   REQUIRE(points.size() > 1000);
   for (const std::size_t most : {std::size_t(100), std::size_t(1000), points.size()}) {
     icp_options options;
-    options.most_points = most;
+    options.max_points = most;
     const icp_result result = refine_by_icp(points, points, Eigen::Isometry3d::Identity(), four, options);
     CHECK(result.pairs <= most);
     CHECK(result.pairs > most / 3);
@@ -213,8 +213,8 @@ TEST_CASE("icp skips points that are not finite") {
 
 TEST_CASE("icp stops when the progress callback says so") {
   const positions points = surface(1);
-  const execution how{.threads = 1, .on_progress = [](const progress&) { return false; }};
-  CHECK_THROWS_AS(refine_by_icp(points, points, Eigen::Isometry3d::Identity(), four, {}, how),
+  const execution exec{.threads = 1, .on_progress = [](const progress&) { return false; }};
+  CHECK_THROWS_AS(refine_by_icp(points, points, Eigen::Isometry3d::Identity(), four, {}, exec),
                   operation_cancelled);
 }
 
@@ -231,12 +231,12 @@ TEST_CASE("icp options that make no sense are named") {
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const double bad : {0.0, -1.0, nan}) {
-    CHECK_THAT(message_of(&icp_options::largest_distance, bad), Catch::Contains("icp.largest_distance"));
+    CHECK_THAT(message_of(&icp_options::max_distance, bad), Catch::Contains("icp.max_distance"));
     CHECK_THAT(message_of(&icp_options::trimming, bad), Catch::Contains("icp.trimming"));
-    CHECK_THAT(message_of(&icp_options::still, bad), Catch::Contains("icp.still"));
+    CHECK_THAT(message_of(&icp_options::convergence_threshold, bad), Catch::Contains("icp.still"));
   }
-  CHECK_THAT(message_of(&icp_options::most_iterations, 0), Catch::Contains("icp.most_iterations"));
-  CHECK_THAT(message_of(&icp_options::most_points, std::size_t(5)), Catch::Contains("icp.most_points"));
+  CHECK_THAT(message_of(&icp_options::max_iterations, 0), Catch::Contains("icp.max_iterations"));
+  CHECK_THAT(message_of(&icp_options::max_points, std::size_t(5)), Catch::Contains("icp.max_points"));
   CHECK_THAT(message_of(&icp_options::plane_neighbors, 2), Catch::Contains("icp.plane_neighbors"));
   CHECK_THAT(message_of(&icp_options::metric, static_cast<icp_metric>(9)), Catch::Contains("icp.metric"));
 }

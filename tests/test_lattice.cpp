@@ -28,8 +28,8 @@ positions planted(int columns, int rows, const Eigen::Vector2d& first, const Eig
   return stems;
 }
 
-plan_index index_of(const positions& stems) {
-  return plan_index(scenes::set_in_order(stems));
+position_index index_of(const positions& stems) {
+  return position_index(scenes::set_in_order(stems));
 }
 
 double acute(double angle) {
@@ -75,7 +75,7 @@ TEST_CASE("stems in one row, or fewer than four, have no lattice") {
 
 TEST_CASE("a lattice turns onto itself by half turns, squares by quarters, equilateral triangles by sixths") {
   const auto turns = [](const Eigen::Vector2d& first, const Eigen::Vector2d& second) {
-    return lattice{first, second}.turns().size();
+    return planting_lattice{first, second}.turns().size();
   };
   CHECK(turns({3, 0}, {0, 4}) == 2);
   CHECK(turns({3, 0}, {0, 3}) == 4);
@@ -84,7 +84,7 @@ TEST_CASE("a lattice turns onto itself by half turns, squares by quarters, equil
 }
 
 TEST_CASE("gaps are the places of missing stems inside, with three neighbours or more") {
-  const lattice rows{{3, 0}, {0, 3}};
+  const planting_lattice rows{{3, 0}, {0, 3}};
   random_source random(2);
   const positions full = scenes::noisy(scenes::lattice(10, 10, 3), 0.1, random);
   CHECK(find_gaps(index_of(full), rows).empty());

@@ -21,7 +21,7 @@ positions with_gaps(int columns, int rows, double missing, random_source& random
 /// Two scans of a stand, each of which misses 2 %.
 struct two_scans {
   position_set source, target;
-  map_pair maps;
+  matching_context maps;
 
   two_scans(const positions& first, const positions& second, random_source& random)
       : source(seen(first, random)),
@@ -38,11 +38,11 @@ struct two_scans {
 hypothesis shifted(int columns, int rows) {
   hypothesis h;
   h.target_from_source.translation() = Eigen::Vector3d(3.0 * columns, 3.0 * rows, 0);
-  h.tolerance = 0.1;
+  h.inlier_threshold = 0.1;
   return h;
 }
 
-const lattice rows_3m{{3, 0}, {0, 3}};
+const planting_lattice rows_3m{{3, 0}, {0, 3}};
 
 }  // namespace
 
@@ -54,8 +54,8 @@ TEST_CASE("gaps tell the true motion from all others of the lattice, wherever th
     const two_scans scans(stand, stand, random);
     for (const hypothesis& start : {shifted(0, 0), shifted(3, -2)}) {
       const lattice_gaps gaps(scans.maps, rows_3m, start.target_from_source);
-      CHECK(gaps.testimony_of(shifted(0, 0).target_from_source).log10_false_alarms < -5);
-      CHECK(gaps.testimony_of(shifted(1, 0).target_from_source).log10_false_alarms > -2);
+      CHECK(gaps.score(shifted(0, 0).target_from_source).log10_nfa < -5);
+      CHECK(gaps.score(shifted(1, 0).target_from_source).log10_nfa > -2);
       const auto proposed = gaps.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
@@ -71,18 +71,17 @@ TEST_CASE("gaps of different stands are no evidence") {
     random_source random(seed);
     const two_scans scans(with_gaps(16, 14, 0.1, random), with_gaps(14, 16, 0.15, random), random);
     const lattice_gaps gaps(scans.maps, rows_3m, shifted(1, 1).target_from_source);
-    for (const hypothesis& h : gaps.propose(8))
-      CHECK(gaps.testimony_of(h.target_from_source).log10_false_alarms > -3);
+    for (const hypothesis& h : gaps.propose(8)) CHECK(gaps.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
 TEST_CASE("a lattice without gaps tells nothing") {
   random_source random(1);
   const position_set stand = scenes::set_in_order(scenes::lattice(10, 10, 3));
-  const map_pair maps(stand, stand, true, degrees_of_freedom::four);
+  const matching_context maps(stand, stand, true, degrees_of_freedom::four);
   const lattice_gaps gaps(maps, rows_3m, shifted(0, 0).target_from_source);
   CHECK(gaps.propose(8).empty());
-  CHECK(gaps.testimony_of(Eigen::Isometry3d::Identity()).log10_false_alarms > 0);
+  CHECK(gaps.score(Eigen::Isometry3d::Identity()).log10_nfa > 0);
 }
 
 }  // namespace globalmatch

@@ -13,12 +13,12 @@ using scenes::positions;
 
 namespace {
 
-const lattice jittered_rows{{3, 0}, {0, 3}};
+const planting_lattice jittered_rows{{3, 0}, {0, 3}};
 
 /// Two scans, with 5 cm of noise. Stems keep their order.
 struct jittered_scans {
   position_set source, target;
-  map_pair maps;
+  matching_context maps;
 
   jittered_scans(const positions& first, const positions& second, random_source& random,
                  bool horizontal = true)
@@ -60,17 +60,17 @@ std::vector<double> measured(std::vector<double> radii, random_source& random) {
 
 }  // namespace
 
-TEST_CASE("misfits tell the true motion from all others of the lattice, wherever the walk starts") {
+TEST_CASE("residuals tell the true motion from all others of the lattice, wherever the walk starts") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     const positions stand = planted(14, 12, random);
     const jittered_scans scans(stand, stand, random);
     for (const Eigen::Isometry3d& start : {shift_of(0, 0), shift_of(3, -2), shift_of(-8, 5)}) {
-      const lattice_misfits misfits(scans.maps, jittered_rows, start);
-      CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms < -5);
-      CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
-      const auto proposed = misfits.propose(4);
+      const lattice_residuals residuals(scans.maps, jittered_rows, start);
+      CHECK(residuals.score(shift_of(0, 0)).log10_nfa < -5);
+      CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
+      const auto proposed = residuals.propose(4);
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
       CHECK(proposed.front().correspondences.size() > 150);
@@ -83,21 +83,20 @@ TEST_CASE("some stems of many are enough") {
   random_source random(1);
   const positions stand = planted(30, 30, random);
   const jittered_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(4, 1));
-  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms < -20);
-  CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(4, 1));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa < -20);
+  CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
 }
 
-TEST_CASE("misfits of different stands are no evidence") {
+TEST_CASE("residuals of different stands are no evidence") {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     const jittered_scans scans(planted(14, 12, random), planted(12, 14, random), random);
-    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
-    const auto proposed = misfits.propose(8);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    const auto proposed = residuals.propose(8);
     REQUIRE(proposed.size() == 8);
-    for (const hypothesis& h : proposed)
-      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
+    for (const hypothesis& h : proposed) CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
@@ -110,9 +109,9 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
     CAPTURE(seed);
     random_source random(seed);
     const jittered_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
-    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
-    for (const hypothesis& h : misfits.propose(8))
-      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    for (const hypothesis& h : residuals.propose(8))
+      CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
@@ -122,19 +121,19 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
     random_source random(seed);
     const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
     const jittered_scans scans(stand, stand, random, false);
-    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(3, -2));
-    const testimony told = misfits.testimony_of(shift_of(0, 0));
-    CHECK(told.log10_false_alarms < -3);
-    CHECK(told.told_by == witness::heights);
-    CHECK(misfits.testimony_of(shift_of(1, 0)).log10_false_alarms > -2);
-    const auto proposed = misfits.propose(1);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
+    const evidence_score told = residuals.score(shift_of(0, 0));
+    CHECK(told.log10_nfa < -3);
+    CHECK(told.evidence == evidence_source::heights);
+    CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
+    const auto proposed = residuals.propose(1);
     REQUIRE(proposed.size() == 1);
     CHECK(scenes::largest_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
 
-    const map_pair in_plan(scans.source, scans.target, true, degrees_of_freedom::four);
-    CHECK(lattice_misfits(in_plan, jittered_rows, shift_of(3, -2))
-              .testimony_of(shift_of(0, 0))
-              .log10_false_alarms > -2);
+    const matching_context horizontal_distances(scans.source, scans.target, true, degrees_of_freedom::four);
+    CHECK(lattice_residuals(horizontal_distances, jittered_rows, shift_of(3, -2))
+              .score(shift_of(0, 0))
+              .log10_nfa > -2);
   }
 }
 
@@ -142,9 +141,9 @@ TEST_CASE("heights tell the same when one map lies higher by any amount") {
   random_source random(1);
   const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
   const jittered_scans scans(stand, stand, random, false);
-  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(3, -2));
-  CHECK(misfits.testimony_of(scenes::yaw_and_shift(0, {0, 0, 80})).log10_false_alarms ==
-        Approx(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms));
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
+  CHECK(residuals.score(scenes::yaw_and_shift(0, {0, 0, 80})).log10_nfa ==
+        Approx(residuals.score(shift_of(0, 0)).log10_nfa));
 }
 
 TEST_CASE("in perfect rows on level ground the radii tell the true motion, where both maps have them") {
@@ -155,15 +154,15 @@ TEST_CASE("in perfect rows on level ground the radii tell the true motion, where
     const auto radii = any_radii(stand.size(), random);
     jittered_scans scans(stand, stand, random);
     scans.source.radius = measured(radii, random);
-    const auto told_of = [&](const Eigen::Isometry3d& motion) {
-      return lattice_misfits(scans.maps, jittered_rows, shift_of(3, -2)).testimony_of(motion);
+    const auto told_of = [&](const Eigen::Isometry3d& transform) {
+      return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(transform);
     };
-    CHECK(told_of(shift_of(0, 0)).log10_false_alarms > -2);
+    CHECK(told_of(shift_of(0, 0)).log10_nfa > -2);
 
     scans.target.radius = measured(radii, random);
-    CHECK(told_of(shift_of(0, 0)).log10_false_alarms < -20);
-    CHECK(told_of(shift_of(0, 0)).told_by == witness::radii);
-    CHECK(told_of(shift_of(1, 0)).log10_false_alarms > -2);
+    CHECK(told_of(shift_of(0, 0)).log10_nfa < -20);
+    CHECK(told_of(shift_of(0, 0)).evidence == evidence_source::radii);
+    CHECK(told_of(shift_of(1, 0)).log10_nfa > -2);
   }
 }
 
@@ -175,9 +174,7 @@ TEST_CASE("radii that are larger by as much in one map tell the same, and unknow
   scans.source.radius = measured(radii, random);
   scans.target.radius = measured(radii, random);
   const auto alarms = [&] {
-    return lattice_misfits(scans.maps, jittered_rows, shift_of(3, -2))
-        .testimony_of(shift_of(0, 0))
-        .log10_false_alarms;
+    return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(shift_of(0, 0)).log10_nfa;
   };
   const double before = alarms();
   for (double& r : scans.target.radius) r += 0.03;
@@ -191,27 +188,25 @@ TEST_CASE("radii that are larger by as much in one map tell the same, and unknow
   CHECK(alarms() > -2);
 }
 
-TEST_CASE("what the misfits and the radii tell a little each they tell together") {
-  double by_misfits = 0, by_radii = 0, together = 0;
+TEST_CASE("what the residuals and the radii tell a little each they tell together") {
+  double by_residuals = 0, by_radii = 0, together = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     random_source random(seed);
     const positions perfect = scenes::lattice(10, 9, 3), stand = scenes::noisy(perfect, 0.07, random);
     jittered_scans crooked(stand, stand, random), straight(perfect, perfect, random);
     const auto alarms = [](const jittered_scans& scans) {
-      return lattice_misfits(scans.maps, jittered_rows, shift_of(0, 0))
-          .testimony_of(shift_of(0, 0))
-          .log10_false_alarms;
+      return lattice_residuals(scans.maps, jittered_rows, shift_of(0, 0)).score(shift_of(0, 0)).log10_nfa;
     };
-    by_misfits += alarms(crooked);
+    by_residuals += alarms(crooked);
     const auto radii = any_radii(stand.size(), random);
     straight.source.radius = crooked.source.radius = measured(measured(radii, random), random);
     straight.target.radius = crooked.target.radius = measured(measured(radii, random), random);
     by_radii += alarms(straight);
     together += alarms(crooked);
   }
-  CHECK(by_misfits < -50);
+  CHECK(by_residuals < -50);
   CHECK(by_radii < -50);
-  CHECK(together < 1.2 * std::min(by_misfits, by_radii));
+  CHECK(together < 1.2 * std::min(by_residuals, by_radii));
 }
 
 TEST_CASE("heights and radii of different stands are no evidence") {
@@ -221,9 +216,9 @@ TEST_CASE("heights and radii of different stands are no evidence") {
     jittered_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
                          random, false);
     for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
-    const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(1, 1));
-    for (const hypothesis& h : misfits.propose(8))
-      CHECK(misfits.testimony_of(h.target_from_source).log10_false_alarms > -3);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    for (const hypothesis& h : residuals.propose(8))
+      CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
@@ -231,18 +226,18 @@ TEST_CASE("a few stems are told apart by nothing") {
   random_source random(1);
   const positions stand = planted(4, 4, random);
   const jittered_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(0, 0));
-  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms == 0);
-  CHECK(misfits.propose(8).empty());
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa == 0);
+  CHECK(residuals.propose(8).empty());
 }
 
 TEST_CASE("where motions are too many to be looked at nothing is told") {
   random_source random(1);
   const positions stand = planted(100, 100, random);
   const jittered_scans scans(stand, stand, random);
-  const lattice_misfits misfits(scans.maps, jittered_rows, shift_of(0, 0));
-  CHECK(misfits.testimony_of(shift_of(0, 0)).log10_false_alarms == 0);
-  CHECK(misfits.propose(8).empty());
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa == 0);
+  CHECK(residuals.propose(8).empty());
 }
 
 }  // namespace globalmatch

@@ -74,18 +74,18 @@ TEST_CASE("match_locally equals brute force for positions of any type") {
   const positions source = scenes::random_stems(random, 15, 12, 12);
   const position_set target_set = scenes::set_in_order(scenes::noisy(source, 0.05, random));
   const auto target_triangles = build_triangles(target_set, true, {.neighbors = 5});
-  for (const double tolerance : {0.01, 0.05, 0.3, 2.0}) {
+  for (const double epsilon : {0.01, 0.05, 0.3, 2.0}) {
     const auto check = [&](const char* name, const auto& range) {
-      INFO(name << ", tolerance " << tolerance);
+      INFO(name << ", tolerance " << epsilon);
       const position_set source_set = import_positions(range, Eigen::Vector3d::UnitZ(), "source");
       const auto source_triangles = build_triangles(source_set, true, {.neighbors = 5});
-      const auto pairs = match_locally(source_triangles, target_triangles, tolerance);
+      const auto pairs = match_locally(source_triangles, target_triangles, epsilon);
       require_as_similar(
-          pairs, oracles::brute_force_pairs(source_set, source_triangles, target_triangles, true, tolerance));
+          pairs, oracles::brute_force_pairs(source_set, source_triangles, target_triangles, true, epsilon));
       for (const triangle_pair& pair : pairs) {
-        CHECK(oracles::is_admissible(source_set, pair.source, true, tolerance));
+        CHECK(oracles::is_admissible(source_set, pair.source, true, epsilon));
         const triangle target = make_triangle(target_set, pair.target, true);
-        const auto d = oracles::dissimilarity(source_edges(pair, source_set), target.edges, tolerance);
+        const auto d = oracles::dissimilarity(source_edges(pair, source_set), target.edges, epsilon);
         REQUIRE(d);
         CHECK(*d == Approx(pair.dissimilarity).margin(1e-12));
       }
@@ -179,8 +179,8 @@ TEST_CASE("match_locally refuses a tolerance that is not positive") {
 
 TEST_CASE("match_locally stops when the progress callback says so") {
   const std::vector<triangle> one = {with_edges(8, 6, 4)};
-  const execution how{.threads = 1, .on_progress = [](const progress&) { return false; }};
-  CHECK_THROWS_AS(match_locally(one, one, 0.05, how), operation_cancelled);
+  const execution exec{.threads = 1, .on_progress = [](const progress&) { return false; }};
+  CHECK_THROWS_AS(match_locally(one, one, 0.05, exec), operation_cancelled);
 }
 
 }  // namespace globalmatch

@@ -235,9 +235,9 @@ TEST_CASE("cells with hardly a neighbour are not judged") {
 
 TEST_CASE("gathering lowest points can be cancelled") {
   ground_funnel funnel;
-  const execution how{.on_progress = [](const progress&) { return false; }};
+  const execution exec{.on_progress = [](const progress&) { return false; }};
   CHECK_THROWS_AS(
-      gather_lowest_points(std::vector<Vector3d>(5, Vector3d::Zero()), resolution, up, funnel, how),
+      gather_lowest_points(std::vector<Vector3d>(5, Vector3d::Zero()), resolution, up, funnel, exec),
       operation_cancelled);
 }
 

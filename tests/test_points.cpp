@@ -22,7 +22,7 @@ namespace {
 struct integer_point {
   std::int64_t x, y, z;
 };
-struct plan_point {
+struct horizontal_point {
   float x, y;
 };
 struct named_axes {
@@ -116,7 +116,7 @@ TEST_CASE("numbers, text, types of a size known at run time only, and positions 
   STATIC_REQUIRE_FALSE(point<Eigen::Isometry3d>);
   STATIC_REQUIRE_FALSE(point<named_axes>);
   STATIC_REQUIRE_FALSE(point<accessor_point>);
-  STATIC_REQUIRE_FALSE(point<plan_point>);
+  STATIC_REQUIRE_FALSE(point<horizontal_point>);
   STATIC_REQUIRE_FALSE(point<grid_cell>);
   STATIC_REQUIRE_FALSE(point<std::array<double, 2>>);
   STATIC_REQUIRE_FALSE(point<Eigen::Vector2d>);
@@ -128,7 +128,7 @@ TEST_CASE("a square matrix is no point, although its size is fixed") {
 }
 
 TEST_CASE("positions are points and what has only x and y") {
-  STATIC_REQUIRE(position<plan_point>);
+  STATIC_REQUIRE(position<horizontal_point>);
   STATIC_REQUIRE(position<grid_cell>);
   STATIC_REQUIRE(position<std::array<double, 2>>);
   STATIC_REQUIRE(position<Eigen::Vector2f>);
@@ -150,8 +150,8 @@ TEST_CASE("point ranges can be passed through more than once and hold points") {
   STATIC_REQUIRE(point_range<decltype(std::declval<const Eigen::Matrix3Xd&>().colwise())>);
   STATIC_REQUIRE(point_range<decltype(strided_points(static_cast<const float*>(nullptr), 0))>);
   STATIC_REQUIRE(point_range<std::span<const containers::colored_point>>);
-  STATIC_REQUIRE(position_range<std::vector<plan_point>>);
-  STATIC_REQUIRE_FALSE(point_range<std::vector<plan_point>>);
+  STATIC_REQUIRE(position_range<std::vector<horizontal_point>>);
+  STATIC_REQUIRE_FALSE(point_range<std::vector<horizontal_point>>);
   STATIC_REQUIRE_FALSE(point_range<std::vector<double>>);
   STATIC_REQUIRE_FALSE(point_range<Eigen::Vector3d>);
   STATIC_REQUIRE_FALSE(point_range<Eigen::MatrixXd>);
@@ -186,7 +186,7 @@ TEST_CASE("xyz keeps all digits of doubles and of whole numbers below 2^53") {
 }
 
 TEST_CASE("xyz gives positions in plan the height 0") {
-  CHECK(xyz(plan_point{1, 2}) == Eigen::Vector3d(1, 2, 0));
+  CHECK(xyz(horizontal_point{1, 2}) == Eigen::Vector3d(1, 2, 0));
   CHECK(xyz(Eigen::Vector2d(1, 2)) == Eigen::Vector3d(1, 2, 0));
   CHECK(xyz(std::array<double, 2>{1, 2}) == Eigen::Vector3d(1, 2, 0));
   CHECK(xyz(grid_cell{2, 4}) == Eigen::Vector3d(1, 2, 0));

@@ -92,7 +92,7 @@ TEST_CASE("import_positions gives the same bits whatever the order of the stems"
   random_source random(2);
   const positions stems = scenes::random_stems(random, 50, 30, 30);
   const position_set set = import_positions(stems, z_up, "source");
-  for (int round = 0; round < 20; ++round) {
+  for (int iteration = 0; iteration < 20; ++iteration) {
     const positions shuffled = scenes::reordered(stems, scenes::random_order(stems.size(), random));
     const position_set other = import_positions(shuffled, z_up, "source");
     CHECK(other.at == set.at);

@@ -30,46 +30,48 @@ TEST_CASE("random_source repeats itself for equal seed and stream, and only then
 }
 
 TEST_CASE("random_source streams are uncorrelated") {
-  constexpr int draws = 100000;
+  constexpr int max_iterations = 100000;
   random_source a(7, 1), b(7, 2);
   double product_sum = 0;
-  for (int i = 0; i < draws; ++i) product_sum += (a.uniform() - 0.5) * (b.uniform() - 0.5) * 12;
-  CHECK(std::abs(product_sum / draws) < 4 / std::sqrt(double(draws)));
+  for (int i = 0; i < max_iterations; ++i) product_sum += (a.uniform() - 0.5) * (b.uniform() - 0.5) * 12;
+  CHECK(std::abs(product_sum / max_iterations) < 4 / std::sqrt(double(max_iterations)));
 }
 
 TEST_CASE("random_source::uniform fills the unit interval evenly") {
-  constexpr int draws = 100000;
+  constexpr int max_iterations = 100000;
   std::array<int, 10> counts = {};
   random_source random(1);
-  for (int i = 0; i < draws; ++i) {
+  for (int i = 0; i < max_iterations; ++i) {
     const double u = random.uniform();
     REQUIRE(u >= 0);
     REQUIRE(u < 1);
     ++counts[static_cast<std::size_t>(u * 10)];
   }
-  for (const int count : counts) CHECK(std::abs(count - draws / 10) < 4 * std::sqrt(draws * 0.1 * 0.9));
+  for (const int count : counts)
+    CHECK(std::abs(count - max_iterations / 10) < 4 * std::sqrt(max_iterations * 0.1 * 0.9));
 }
 
 TEST_CASE("random_source::below gives every value below n equally often") {
-  constexpr int draws = 70000;
+  constexpr int max_iterations = 70000;
   std::array<int, 7> counts = {};
   random_source random(2);
-  for (int i = 0; i < draws; ++i) {
+  for (int i = 0; i < max_iterations; ++i) {
     const std::uint32_t value = random.below(7);
     REQUIRE(value < 7);
     ++counts[value];
   }
-  for (const int count : counts) CHECK(std::abs(count - draws / 7) < 4 * std::sqrt(draws * (6.0 / 49)));
+  for (const int count : counts)
+    CHECK(std::abs(count - max_iterations / 7) < 4 * std::sqrt(max_iterations * (6.0 / 49)));
   CHECK(random.below(1) == 0);
 }
 
 TEST_CASE("random_source::below is unbiased where n does not divide 2^32 by far") {
-  constexpr int draws = 90000;
+  constexpr int max_iterations = 90000;
   constexpr std::uint32_t n = 3u << 30;  // plain scaling would give every third value twice as often
   random_source random(3);
   int thirds = 0;
-  for (int i = 0; i < draws; ++i) thirds += random.below(n) % 3 == 0;
-  CHECK(std::abs(thirds - draws / 3) < 4 * std::sqrt(draws * (2.0 / 9)));
+  for (int i = 0; i < max_iterations; ++i) thirds += random.below(n) % 3 == 0;
+  CHECK(std::abs(thirds - max_iterations / 3) < 4 * std::sqrt(max_iterations * (2.0 / 9)));
 }
 
 TEST_CASE("random_source::below refuses n = 0") {
@@ -78,14 +80,14 @@ TEST_CASE("random_source::below refuses n = 0") {
 }
 
 TEST_CASE("random_source::normal has the moments of a Gaussian and is always finite") {
-  constexpr int draws = 200000;
+  constexpr int max_iterations = 200000;
   random_source random(5);
   std::array<double, 5> moments = {};
   bool all_finite = true;
-  for (int i = 0; i < draws; ++i) {
+  for (int i = 0; i < max_iterations; ++i) {
     const double value = random.normal();
     all_finite = all_finite && std::isfinite(value);
-    for (std::size_t k = 1; k <= 4; ++k) moments[k] += std::pow(value, double(k)) / draws;
+    for (std::size_t k = 1; k <= 4; ++k) moments[k] += std::pow(value, double(k)) / max_iterations;
   }
   CHECK(all_finite);
   CHECK(std::abs(moments[1]) < 0.01);

@@ -61,8 +61,8 @@ positions small_scan() {
 
 TEST_CASE("paper_options holds the values of the paper") {
   const registration_options options = paper_options();
-  CHECK(options.mapping.understory.lowest == 0.2);
-  CHECK(options.mapping.understory.highest == 3.0);
+  CHECK(options.mapping.understory.min_height == 0.2);
+  CHECK(options.mapping.understory.max_height == 3.0);
   CHECK(options.mapping.ground.filter == ground_filter::cloth);
   CHECK(options.mapping.rule == stem_point_rule::points);
   CHECK(options.mapping.vertical == vertical_rule::given);
@@ -71,7 +71,7 @@ TEST_CASE("paper_options holds the values of the paper") {
   CHECK(options.mapping.verticality.threshold == 0.9);
   CHECK_FALSE(options.mapping.stems.cylinder.usual_taper);
   CHECK(options.matching.triangles.neighbors == 20);
-  CHECK(options.matching.tolerance == 0.05);
+  CHECK(options.matching.inlier_threshold == 0.05);
   CHECK(options.matching.dof == degrees_of_freedom::four);
   CHECK_FALSE(options.matching.horizontal);
   CHECK(options.icp.metric == icp_metric::point_to_point);
@@ -176,7 +176,7 @@ TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapp
   const registration result = register_maps(source, target, coarse);
   REQUIRE(result.target_from_source);
   CHECK(scenes::largest_error(*result.target_from_source, truth, seen) < 0.05);
-  CHECK(result.matching.hypotheses.front().told_by == witness::radii);
+  CHECK(result.matching.hypotheses.front().evidence == evidence_source::radii);
 }
 
 TEST_CASE("icp that does not converge leaves the coarse motion") {
@@ -259,19 +259,19 @@ TEST_CASE("register_maps and register_scans are cancelled by the progress callba
 TEST_CASE("register_scans names the option that makes no sense before it maps anything") {
   const positions scan = small_scan();
   bool mapped = false;
-  const execution how{.threads = 1, .on_progress = [&](const progress&) {
-                        mapped = true;
-                        return true;
-                      }};
+  const execution exec{.threads = 1, .on_progress = [&](const progress&) {
+                         mapped = true;
+                         return true;
+                       }};
   registration_options bad_mapping, bad_matching, bad_icp;
   bad_mapping.mapping.voxel_size = -1;
-  bad_matching.matching.tolerance = 0;
+  bad_matching.matching.inlier_threshold = 0;
   bad_icp.icp.trimming = -1;
   for (const auto& [options, field] : {std::pair(bad_mapping, "voxel_size"),
                                        std::pair(bad_matching, "tolerance"), std::pair(bad_icp, "trimming")})
-    CHECK_THROWS_WITH(register_scans(scan, scan, options, Eigen::Vector3d::UnitZ(), how),
+    CHECK_THROWS_WITH(register_scans(scan, scan, options, Eigen::Vector3d::UnitZ(), exec),
                       Catch::Contains(field));
-  CHECK_THROWS_WITH(register_scans(scan, scan, {}, Eigen::Vector3d(0, 0, 0), how), Catch::Contains("up"));
+  CHECK_THROWS_WITH(register_scans(scan, scan, {}, Eigen::Vector3d(0, 0, 0), exec), Catch::Contains("up"));
   CHECK_FALSE(mapped);
 }
 

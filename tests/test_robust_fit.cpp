@@ -18,12 +18,12 @@ struct scene {
   Eigen::Isometry3d truth;
 
   /// Fit of `pairs` as it comes out of matching: least squares, and all stems paired under it.
-  hypothesis least_squares(const map_pair& maps, double tolerance) const {
+  hypothesis least_squares(const matching_context& maps, double inlier_threshold) const {
     hypothesis h;
-    h.tolerance = tolerance;
+    h.inlier_threshold = inlier_threshold;
     for (stem_index i = 0; i < source.size(); ++i) h.correspondences.push_back({i, i});
     h.target_from_source = *maps.fit(h.correspondences);
-    h.correspondences = maps.pair_stems(h.target_from_source, tolerance);
+    h.correspondences = maps.pair_stems(h.target_from_source, inlier_threshold);
     return h;
   }
 
@@ -54,9 +54,9 @@ using scenes::four;
 TEST_CASE("pairs that fit badly move a robust fit less than one of least squares") {
   random_source random(1);
   double robust = 0, least_squares = 0;
-  for (int round = 0; round < 50; ++round) {
+  for (int iteration = 0; iteration < 50; ++iteration) {
     const scene s = noisy_scene(random, 30, [](std::size_t i) { return i % 6 == 0 ? 0.2 : 0.01; });
-    const map_pair maps(s.source, s.target, false, four);
+    const matching_context maps(s.source, s.target, false, four);
     hypothesis h = s.least_squares(maps, 0.5);
     least_squares += s.error(h) / 50;
     fit_robustly(h, maps);
@@ -69,9 +69,9 @@ TEST_CASE("pairs that fit badly move a robust fit less than one of least squares
 TEST_CASE("a robust fit of Gaussian noise is nearly as good as one of least squares") {
   random_source random(2);
   double robust = 0, least_squares = 0;
-  for (int round = 0; round < 200; ++round) {
+  for (int iteration = 0; iteration < 200; ++iteration) {
     const scene s = noisy_scene(random, 12, [](std::size_t) { return 0.05; });
-    const map_pair maps(s.source, s.target, false, four);
+    const matching_context maps(s.source, s.target, false, four);
     hypothesis h = s.least_squares(maps, 0.5);
     least_squares += s.error(h) / 200;
     fit_robustly(h, maps);
@@ -86,9 +86,9 @@ TEST_CASE("stems that are known to be uncertain move the fit less, whichever map
     CAPTURE(source_knows);
     random_source random(3);
     double told = 0, not_told = 0;
-    for (int round = 0; round < 100; ++round) {
+    for (int iteration = 0; iteration < 100; ++iteration) {
       scene s = noisy_scene(random, 18, sigma);
-      const map_pair maps(s.source, s.target, false, four);
+      const matching_context maps(s.source, s.target, false, four);
       const hypothesis h = s.least_squares(maps, 1);
       hypothesis fitted = h;
       fit_robustly(fitted, maps);
@@ -105,12 +105,12 @@ TEST_CASE("stems that are known to be uncertain move the fit less, whichever map
 
 TEST_CASE("a robust fit stands: its pairs are those of its motion, and its rms theirs") {
   random_source random(4);
-  for (int round = 0; round < 20; ++round) {
+  for (int iteration = 0; iteration < 20; ++iteration) {
     const scene s = noisy_scene(random, 25, [](std::size_t i) { return i % 5 == 0 ? 0.15 : 0.02; });
-    const map_pair maps(s.source, s.target, false, four);
+    const matching_context maps(s.source, s.target, false, four);
     hypothesis h = s.least_squares(maps, 0.2);
     fit_robustly(h, maps);
-    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.tolerance));
+    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
     CHECK(h.rms == maps.rms(h.target_from_source, h.correspondences));
     hypothesis again = h;
     fit_robustly(again, maps);
@@ -123,7 +123,7 @@ TEST_CASE("maps without any noise are fitted exactly, in 4-DoF and in 6-DoF") {
   random_source random(5);
   for (const auto dof : {four, degrees_of_freedom::six}) {
     const scene s = noisy_scene(random, 10, [](std::size_t) { return 0.0; });
-    const map_pair maps(s.source, s.target, false, dof);
+    const matching_context maps(s.source, s.target, false, dof);
     hypothesis h = s.least_squares(maps, 0.1);
     fit_robustly(h, maps);
     CHECK(h.correspondences.size() == 10);
@@ -135,11 +135,11 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
   for (const auto dof : {four, degrees_of_freedom::six}) {
     random_source random(7);
     double robust = 0, least_squares = 0;
-    for (int round = 0; round < 20; ++round) {
+    for (int iteration = 0; iteration < 20; ++iteration) {
       scene s = noisy_scene(random, 40, [](std::size_t) { return 0.02; });
       for (Eigen::Vector3d& p : s.target.at) p.z() += 0.02 * random.normal();
       for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += Eigen::Vector3d(0.6, 0.3, 0);
-      const map_pair maps(s.source, s.target, false, dof, 5);
+      const matching_context maps(s.source, s.target, false, dof, 5);
       hypothesis h = s.least_squares(maps, 1);
       least_squares += s.error(h) / 20;
       fit_robustly(h, maps);
@@ -154,7 +154,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
 TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as they are") {
   random_source random(6);
   const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });
-  const map_pair maps(s.source, s.target, false, four);
+  const matching_context maps(s.source, s.target, false, four);
   const hypothesis given = s.least_squares(maps, 1);
   REQUIRE(given.correspondences.size() == 5);
   hypothesis h = given;
@@ -166,31 +166,31 @@ TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as th
 TEST_CASE("pairs are completed as far as their scatter reaches, and no farther") {
   random_source random(9);
   const scene s = noisy_scene(random, 200, [](std::size_t) { return 0.02; });
-  const map_pair maps(s.source, s.target, false, four);
+  const matching_context maps(s.source, s.target, false, four);
   hypothesis h = s.least_squares(maps, 0.04);  // two standard deviations
-  h.log10_false_alarms = -12.5;
+  h.log10_nfa = -12.5;
   const std::size_t before = h.correspondences.size();
   REQUIRE(before < 185);
   SECTION("where a longer reach may be had") {
-    const std::array tolerances = {0.02, 0.04, 0.057, 0.08, 0.113, 0.16};
-    complete_pairs(h, maps, tolerances);
+    const std::array thresholds = {0.02, 0.04, 0.057, 0.08, 0.113, 0.16};
+    complete_pairs(h, maps, thresholds);
     CHECK(h.correspondences.size() >= 194);
-    CHECK(h.tolerance > 0.04);
-    CHECK(h.tolerance <= 0.08);
-    CHECK(h.log10_false_alarms == -12.5);
+    CHECK(h.inlier_threshold > 0.04);
+    CHECK(h.inlier_threshold <= 0.08);
+    CHECK(h.log10_nfa == -12.5);
     CHECK(s.error(h) < 0.006);
   }
   SECTION("not where the caller set the tolerance") {
-    const std::array tolerances = {0.04};
-    complete_pairs(h, maps, tolerances);
-    CHECK(h.tolerance == 0.04);
+    const std::array thresholds = {0.04};
+    complete_pairs(h, maps, thresholds);
+    CHECK(h.inlier_threshold == 0.04);
     CHECK(std::abs(double(h.correspondences.size()) - double(before)) <= 4);
   }
   SECTION("not where few pairs tell no scatter") {
     h.correspondences.resize(5);
     const hypothesis few = h;
     complete_pairs(h, maps, std::array{0.04, 0.08});
-    CHECK(h.tolerance == few.tolerance);
+    CHECK(h.inlier_threshold == few.inlier_threshold);
     CHECK(h.correspondences == few.correspondences);
   }
 }

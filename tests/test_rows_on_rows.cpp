@@ -11,11 +11,12 @@ namespace globalmatch {
 namespace {
 
 /// How far [m] a motion lays the places of a lattice 3 m by 3 m off it, at most.
-double farthest_off(const Eigen::Isometry3d& motion, const scenes::positions& places) {
+double farthest_off(const Eigen::Isometry3d& transform, const scenes::positions& places) {
   double most = 0;
   for (const Eigen::Vector3d& p : places) {
-    const Eigen::Vector3d laid = motion * p;
-    most = std::max({most, std::abs(std::remainder(laid.x(), 3)), std::abs(std::remainder(laid.y(), 3))});
+    const Eigen::Vector3d transformed = transform * p;
+    most = std::max(
+        {most, std::abs(std::remainder(transformed.x(), 3)), std::abs(std::remainder(transformed.y(), 3))});
   }
   return most;
 }
@@ -31,23 +32,23 @@ TEST_CASE("rows are laid on rows though no hypothesis does") {
     const position_set source =
         scenes::set_in_order(scenes::moved(truth.inverse(), scenes::noisy(stand, 0.05, random)));
     const position_set target = scenes::set_in_order(scenes::noisy(stand, 0.05, random));
-    const map_pair maps(source, target, true, degrees_of_freedom::four);
-    const auto rows = find_lattice(*maps.target_plan);
+    const matching_context maps(source, target, true, degrees_of_freedom::four);
+    const auto rows = find_lattice(*maps.target_index);
     REQUIRE(rows);
     const std::vector<hypothesis> wrong(1);
-    const Eigen::Isometry3d laid = lay_rows_on_rows(maps, *rows, wrong);
-    CHECK(farthest_off(laid * truth.inverse(), stand) < 0.9);
+    const Eigen::Isometry3d transformed = align_lattices(maps, *rows, wrong);
+    CHECK(farthest_off(transformed * truth.inverse(), stand) < 0.9);
   }
 }
 
 TEST_CASE("of hypotheses the one that lays most stems near others is as good as the lattice") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 50, 30, 30));
-  const map_pair maps(stems, stems, true, degrees_of_freedom::four);
+  const matching_context maps(stems, stems, true, degrees_of_freedom::four);
   std::vector<hypothesis> hypotheses(2);
   hypotheses[0].target_from_source = scenes::yaw_and_shift(1, {5, 5, 0});
-  const lattice any{{3, 0}, {0, 3}};
-  CHECK(lay_rows_on_rows(maps, any, hypotheses).isApprox(Eigen::Isometry3d::Identity()));
+  const planting_lattice any{{3, 0}, {0, 3}};
+  CHECK(align_lattices(maps, any, hypotheses).isApprox(Eigen::Isometry3d::Identity()));
 }
 
 }  // namespace globalmatch

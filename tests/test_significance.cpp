@@ -18,17 +18,18 @@ TEST_CASE("the chance of meeting is that of the target's stand, or of rows that 
   const position_set source = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
   const position_set target = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
   const position_set rows = scenes::set_in_order(scenes::lattice(8, 8, 3));
-  const map_pair maps(source, target, true, four);
-  const stand of_target(target, maps.target_plan), of_rows(rows, std::make_shared<plan_index>(rows));
-  const std::vector<double> tolerances = {0.05, 0.2};
-  chance by_chance(maps, tolerances);
-  for (const double tolerance : {0.05, 0.1, 0.2})
-    CHECK(by_chance.of_meeting(tolerance) == of_target.of_meeting(tolerance));
-  by_chance.reckon_with_rows_of(of_rows);
-  for (const double tolerance : tolerances)
-    CHECK(by_chance.of_meeting(tolerance) == of_rows.of_meeting_along_lattice(tolerance));
-  by_chance.reckon_with_rows_of(of_target);
-  CHECK(by_chance.of_meeting(0.2) == of_rows.of_meeting_along_lattice(0.2));
+  const matching_context maps(source, target, true, four);
+  const background_density of_target(target, maps.target_index),
+      of_rows(rows, std::make_shared<position_index>(rows));
+  const std::vector<double> thresholds = {0.05, 0.2};
+  null_model null(maps, thresholds);
+  for (const double inlier_threshold : {0.05, 0.1, 0.2})
+    CHECK(null.inlier_probability(inlier_threshold) == of_target.inlier_probability(inlier_threshold));
+  null.include_lattice_of(of_rows);
+  for (const double inlier_threshold : thresholds)
+    CHECK(null.inlier_probability(inlier_threshold) == of_rows.lattice_inlier_probability(inlier_threshold));
+  null.include_lattice_of(of_target);
+  CHECK(null.inlier_probability(0.2) == of_rows.lattice_inlier_probability(0.2));
 }
 
 TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever was added to its heights") {
@@ -40,13 +41,13 @@ TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever wa
     const position_set source = scenes::set_in_order(stems);
     const position_set target =
         scenes::set_in_order(scenes::moved(scenes::yaw_and_shift(0, {0, 0, 7}), stems));
-    const map_pair maps(source, target, false, four);
-    const auto landing = chance(maps).lay(scenes::yaw_and_shift(0, {0.01, 0, 0}), 0.5, 0.1);
-    CHECK(landing.raised == Approx(7));
-    CHECK(landing.expected <= 8192);
-    CHECK(landing.expected >= std::min(50.0, double(count) / 4));
-    CHECK(landing.matched(0.005) == 0);
-    CHECK(landing.matched(0.02) == landing.expected);
+    const matching_context maps(source, target, false, four);
+    const auto residuals = null_model(maps).residuals_under(scenes::yaw_and_shift(0, {0.01, 0, 0}), 0.5, 0.1);
+    CHECK(residuals.vertical_offset == Approx(7));
+    CHECK(residuals.expected <= 8192);
+    CHECK(residuals.expected >= std::min(50.0, double(count) / 4));
+    CHECK(residuals.matched(0.005) == 0);
+    CHECK(residuals.matched(0.02) == residuals.expected);
   }
 }
 
@@ -54,14 +55,14 @@ TEST_CASE(
     "chance explains what a wrong motion makes of many stems around a place, but not what a right one does") {
   random_source random(3);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
-  const map_pair maps(stems, stems, true, four);
-  const chance by_chance(maps);
+  const matching_context maps(stems, stems, true, four);
+  const null_model null(maps);
   const Eigen::Vector3d middle(45, 45, 0);
   const Eigen::Isometry3d wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
-  CHECK_FALSE(by_chance.explains_around(Eigen::Isometry3d::Identity(), middle, 40, 0.1));
-  CHECK(by_chance.explains_around(wrong, middle, 40, 0.1));
-  CHECK_FALSE(by_chance.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
-  CHECK_FALSE(by_chance.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
+  CHECK_FALSE(null.explains_around(Eigen::Isometry3d::Identity(), middle, 40, 0.1));
+  CHECK(null.explains_around(wrong, middle, 40, 0.1));
+  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
+  CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
 }
 
 TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thousand would take") {
@@ -70,19 +71,19 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
     random_source random(seed);
     const position_set source = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
-    const map_pair maps(source, target, true, four);
-    const chance by_chance(maps);
+    const matching_context maps(source, target, true, four);
+    const null_model null(maps);
     // the best of many motions, those that lay one pair of stems on another
     double best = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 300; ++i) {
       const std::vector<correspondence> start = {{random.below(60), random.below(60)},
                                                  {random.below(60), random.below(60)}};
-      const auto motion = maps.fit(start);
-      if (!motion) continue;
+      const auto transform = maps.fit(start);
+      if (!transform) continue;
       hypothesis h;
-      h.target_from_source = *motion;
-      weigh(h, maps, by_chance, std::vector{0.05, 0.1, 0.2, 0.4});
-      best = std::min(best, h.log10_false_alarms);
+      h.target_from_source = *transform;
+      score_hypothesis(h, maps, null, std::vector{0.05, 0.1, 0.2, 0.4});
+      best = std::min(best, h.log10_nfa);
     }
     alarms += best < -3;
   }
@@ -95,27 +96,27 @@ TEST_CASE("weighing finds the tolerance of the noise, and the pairs stand at it"
     const positions stems = scenes::random_stems(random, 150, 40, 40);
     const position_set source = scenes::set_in_order(stems);
     const position_set target = scenes::set_in_order(scenes::noisy(stems, sigma, random));
-    const map_pair maps(source, target, true, four);
+    const matching_context maps(source, target, true, four);
     hypothesis h;
-    const std::vector<double> tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
-    weigh(h, maps, chance(maps), tolerances);
+    const std::vector<double> thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
+    score_hypothesis(h, maps, null_model(maps), thresholds);
     CAPTURE(sigma);
-    CHECK(h.tolerance > 1.5 * sigma);
-    CHECK(h.tolerance < 6 * sigma);
-    CHECK(h.log10_false_alarms < -50);
-    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.tolerance));
-    CHECK(h.rms < h.tolerance);
+    CHECK(h.inlier_threshold > 1.5 * sigma);
+    CHECK(h.inlier_threshold < 6 * sigma);
+    CHECK(h.log10_nfa < -50);
+    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
+    CHECK(h.rms < h.inlier_threshold);
   }
 }
 
 TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
   const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
   for (const bool horizontal : {true, false}) {
-    const map_pair maps(stems, stems, horizontal, four);
-    const chance by_chance(maps, std::vector{0.05});
-    const auto landing = by_chance.lay(Eigen::Isometry3d::Identity(), 0.05, 0.05);
-    CHECK(landing.misfits == std::vector<double>(4, 0.0));
-    const double alarms = by_chance.log10_false_alarms(landing, 0.05);
+    const matching_context maps(stems, stems, horizontal, four);
+    const null_model null(maps, std::vector{0.05});
+    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    CHECK(residuals.residuals == std::vector<double>(4, 0.0));
+    const double alarms = null.log10_nfa(residuals, 0.05);
     CHECK(std::isfinite(alarms));
     CHECK(alarms < 0);
   }
@@ -125,11 +126,11 @@ TEST_CASE("chance explains everything in maps of fewer than three stems") {
   random_source random(1);
   for (const std::size_t count : {0u, 1u, 2u}) {
     const position_set few = scenes::set_in_order(scenes::random_stems(random, count, 10, 10));
-    const map_pair maps(few, few, false, four);
-    CHECK(chance(maps).of_meeting(0.05) == 1);
-    const chance by_chance(maps, std::vector{0.05});
-    const auto landing = by_chance.lay(Eigen::Isometry3d::Identity(), 0.05, 0.05);
-    CHECK(by_chance.log10_false_alarms(landing, 0.05) >= 0);
+    const matching_context maps(few, few, false, four);
+    CHECK(null_model(maps).inlier_probability(0.05) == 1);
+    const null_model null(maps, std::vector{0.05});
+    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    CHECK(null.log10_nfa(residuals, 0.05) >= 0);
   }
 }
 

@@ -103,11 +103,11 @@ TEST_CASE("the tail of one number is itself, that of two x (1 - ln x)") {
 }
 
 TEST_CASE("so many products of uniform numbers are as small as their tail says") {
-  constexpr int draws = 100000;
+  constexpr int max_iterations = 100000;
   for (const int count : {2, 3, 4}) {
     random_source random(static_cast<std::uint64_t>(count));
     std::vector<double> tails;
-    for (int i = 0; i < draws; ++i) {
+    for (int i = 0; i < max_iterations; ++i) {
       double log_product = 0;
       for (int k = 0; k < count; ++k) log_product += std::log(1 - random.uniform());
       tails.push_back(std::exp(log_product_tail(log_product, count)));
@@ -115,7 +115,8 @@ TEST_CASE("so many products of uniform numbers are as small as their tail says")
     for (const double p : {0.01, 0.1, 0.5, 0.9}) {
       CAPTURE(count, p);
       const auto smaller = std::count_if(tails.begin(), tails.end(), [&](double t) { return t <= p; });
-      CHECK(double(smaller) / draws == Approx(p).margin(4 * std::sqrt(p * (1 - p) / draws)));
+      CHECK(double(smaller) / max_iterations ==
+            Approx(p).margin(4 * std::sqrt(p * (1 - p) / max_iterations)));
     }
   }
 }

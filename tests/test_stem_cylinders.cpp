@@ -24,8 +24,8 @@ struct one_cluster {
     clusters.first.push_back(cells.points().size());
   }
 
-  stem_cylinders find(const stem_cylinder_options& options = {}, const execution& how = {}) const {
-    return find_stem_cylinders(cells, clusters, {}, options, how);
+  stem_cylinders find(const stem_cylinder_options& options = {}, const execution& exec = {}) const {
+    return find_stem_cylinders(cells, clusters, {}, options, exec);
   }
   stem_cylinders find_by_normals(const stem_cylinder_options& options = {}) const {
     std::vector<Eigen::Vector3f> normals;
@@ -39,14 +39,14 @@ scenes::seen_surface one_side(double noise) {
   return {.arc = std::numbers::pi, .noise = noise};
 }
 
-double plan_error(const cylinder& truth, const cylinder& found) {
+double horizontal_error(const cylinder& truth, const cylinder& found) {
   return (truth.at_height(1.5) - found.at_height(1.5)).head<2>().norm();
 }
 
 /// The smallest distance in plan at 1.5 m of any stem found from the true one.
-double plan_error(const cylinder& truth, const stem_cylinders& found) {
+double horizontal_error(const cylinder& truth, const stem_cylinders& found) {
   double least = 1e9;
-  for (const stem_cylinder& s : found.stems) least = std::min(least, plan_error(truth, s.cylinder));
+  for (const stem_cylinder& s : found.stems) least = std::min(least, horizontal_error(truth, s.cylinder));
   return least;
 }
 
@@ -71,7 +71,7 @@ TEST_CASE("one stem in a cluster is found to 2 mm, with its evidence") {
     for (const stem_cylinders& found : {scene.find(), scene.find_by_normals()}) {
       REQUIRE(found.stems.size() == 1);
       const stem_cylinder& stem = found.stems[0];
-      CHECK(plan_error(truth, stem.cylinder) < 0.002);
+      CHECK(horizontal_error(truth, stem.cylinder) < 0.002);
       CHECK(stem.cylinder.radius == Approx(truth.radius).margin(0.002));
       CHECK(stem.support.size() > 1450);
       CHECK(std::is_sorted(stem.support.begin(), stem.support.end()));
@@ -91,8 +91,8 @@ TEST_CASE("two stems in one cluster are both found") {
     scenes::append(scan, scenes::stem_points(random, second, 1000, {.noise = 0.003}));
     const stem_cylinders found = one_cluster(scan).find();
     CHECK(found.stems.size() == 2);
-    CHECK(plan_error(first, found) < 0.003);
-    CHECK(plan_error(second, found) < 0.003);
+    CHECK(horizontal_error(first, found) < 0.003);
+    CHECK(horizontal_error(second, found) < 0.003);
   }
 }
 
@@ -104,7 +104,7 @@ TEST_CASE("a stem joined by branches to a shrub is found") {
   for (int i = 0; i < 60; ++i) scan.push_back(scenes::exact({0.12 + 0.015 * i, 0, 1.2 - 0.01 * i}));
   const stem_cylinders found = one_cluster(scan).find();
   REQUIRE(found.stems.size() == 1);
-  CHECK(plan_error(truth, found) < 0.003);
+  CHECK(horizontal_error(truth, found) < 0.003);
 }
 
 TEST_CASE("shrubs, walls, wires and the ground are no stems") {
@@ -130,7 +130,7 @@ TEST_CASE("what is too low, too thinly filled, or seen too little around is no s
   const one_cluster low(scenes::stem_points(random, truth, 1000, {.to = 1.2, .noise = 0.003}));
   CHECK(low.find().stems.empty());
   stem_cylinder_options options;
-  options.least_height = 1;
+  options.min_height = 1;
   CHECK(low.find(options).stems.size() == 1);
 
   const one_cluster sliver(scenes::stem_points(random, truth, 300, {.arc = 0.5, .noise = 0.005}));
@@ -139,7 +139,7 @@ TEST_CASE("what is too low, too thinly filled, or seen too little around is no s
   const one_cluster few(scenes::stem_points(random, truth, 300, {.noise = 0.002}));
   CHECK(few.find().stems.size() == 1);
   options = {};
-  options.least_points = 301;
+  options.min_points = 301;
   CHECK(few.find(options).stems.empty());
 }
 
@@ -150,24 +150,24 @@ TEST_CASE("limits of the cylinder are respected") {
   CHECK(thick.find().stems.size() == 1);
   CHECK(lean.find().stems.size() == 1);
   stem_cylinder_options options;
-  options.cylinder.largest_radius = 0.25;
+  options.cylinder.max_radius = 0.25;
   for (const stem_cylinder& s : thick.find(options).stems) CHECK(s.cylinder.radius <= 0.25);
   options = {};
-  options.cylinder.largest_lean = 5;
+  options.cylinder.max_tilt_deg = 5;
   for (const stem_cylinder& s : lean.find(options).stems)
     CHECK(s.cylinder.axis.z() >= std::cos(5 * std::numbers::pi / 180));
 }
 
 TEST_CASE("the distance tolerance comes from the noise of the stems, within 1 cm and 4 cm") {
-  const auto tolerance_at = [](double noise) {
+  const auto threshold_at = [](double noise) {
     random_source random(6);
     return one_cluster(scenes::stem_points(random, upright(0, 0, 0, 0.15), 2000, {.noise = noise}))
         .find()
         .distance_tolerance;
   };
-  CHECK(tolerance_at(0.0005) == 0.01);
-  CHECK(tolerance_at(0.005) == Approx(0.015).epsilon(0.1));
-  CHECK(tolerance_at(0.008) == Approx(0.024).epsilon(0.1));
+  CHECK(threshold_at(0.0005) == 0.01);
+  CHECK(threshold_at(0.005) == Approx(0.015).epsilon(0.1));
+  CHECK(threshold_at(0.008) == Approx(0.024).epsilon(0.1));
 }
 
 TEST_CASE("a distance tolerance that is given is the one used, and without stems it is the default") {
@@ -215,19 +215,19 @@ TEST_CASE("bad stem options are refused by name") {
     return message_of([&] { find_stem_cylinders({}, {}, {}, options); });
   };
   CHECK(message([](stem_cylinder_options&) {}).empty());
-  CHECK(message([](auto& o) { o.cylinder.draws = 0; }).starts_with("cylinder.draws"));
+  CHECK(message([](auto& o) { o.cylinder.max_iterations = 0; }).starts_with("cylinder.draws"));
   for (const double bad : {0.0, -1.0, nan}) {
     CHECK(message([&](auto& o) { o.column_width = bad; }).starts_with("stems.column_width"));
-    CHECK(message([&](auto& o) { o.largest_sigma = bad; }).starts_with("stems.largest_sigma"));
+    CHECK(message([&](auto& o) { o.max_sigma = bad; }).starts_with("stems.max_sigma"));
   }
   for (const double bad : {-1.0, nan})
-    CHECK(message([&](auto& o) { o.least_height = bad; }).starts_with("stems.least_height"));
+    CHECK(message([&](auto& o) { o.min_height = bad; }).starts_with("stems.min_height"));
   for (const double bad : {-0.1, 1.1, nan}) {
-    CHECK(message([&](auto& o) { o.least_filled = bad; }).starts_with("stems.least_filled"));
-    CHECK(message([&](auto& o) { o.least_share = bad; }).find("least_share") != std::string::npos);
-    CHECK(message([&](auto& o) { o.most_inside = bad; }).find("most_inside") != std::string::npos);
+    CHECK(message([&](auto& o) { o.min_filled = bad; }).starts_with("stems.min_filled"));
+    CHECK(message([&](auto& o) { o.min_share = bad; }).find("min_share") != std::string::npos);
+    CHECK(message([&](auto& o) { o.max_inside = bad; }).find("max_inside") != std::string::npos);
   }
-  CHECK(message([](auto& o) { o.least_points = 5; }).starts_with("stems.least_points"));
+  CHECK(message([](auto& o) { o.min_points = 5; }).starts_with("stems.min_points"));
 }
 
 TEST_CASE("normals that are not one for each point are refused") {
@@ -241,8 +241,8 @@ TEST_CASE("normals that are not one for each point are refused") {
 TEST_CASE("finding stems reports its stage and can be cancelled") {
   random_source random(10);
   const one_cluster scene(scenes::stem_points(random, upright(0, 0, 0, 0.1), 100, {}));
-  const execution how{.threads = 1, .on_progress = [](const progress& p) { return p.stage != "cylinders"; }};
-  CHECK_THROWS_AS(scene.find({}, how), operation_cancelled);
+  const execution exec{.threads = 1, .on_progress = [](const progress& p) { return p.stage != "cylinders"; }};
+  CHECK_THROWS_AS(scene.find({}, exec), operation_cancelled);
 }
 
 }  // namespace globalmatch

@@ -27,7 +27,7 @@ TEST_CASE("a stem stands where its axis meets sloped ground, to 1 mm") {
         CAPTURE(degrees, lean, azimuth);
         const scenes::slope plane{degrees, 0};
         const cylinder c = leaning(10, 10, plane(10, 10) + 1.5, 0.1, lean, azimuth);
-        const auto foot = meet_terrain(c, sloped_terrain(plane));
+        const auto foot = intersect_terrain(c, sloped_terrain(plane));
         REQUIRE(foot);
         CHECK((*foot - foot_on(c, plane)).norm() < 0.001);
       }
@@ -88,11 +88,11 @@ TEST_CASE(
 
 TEST_CASE("an axis that meets the ground beyond the terrain has no foot there") {
   const terrain ground = sloped_terrain({});
-  CHECK_FALSE(meet_terrain(upright(-0.1, 5, 1, 0.1), ground));
-  CHECK_FALSE(meet_terrain(upright(5, 1e9, 1, 0.1), ground));
-  CHECK_FALSE(meet_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 0), ground));
-  CHECK(meet_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 180), ground));
-  CHECK_FALSE(meet_terrain(upright(5, 5, 1, 0.1), terrain{}));
+  CHECK_FALSE(intersect_terrain(upright(-0.1, 5, 1, 0.1), ground));
+  CHECK_FALSE(intersect_terrain(upright(5, 1e9, 1, 0.1), ground));
+  CHECK_FALSE(intersect_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 0), ground));
+  CHECK(intersect_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 180), ground));
+  CHECK_FALSE(intersect_terrain(upright(5, 5, 1, 0.1), terrain{}));
 }
 
 }  // namespace globalmatch

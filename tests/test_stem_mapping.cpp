@@ -51,19 +51,19 @@ struct plot {
   }
 };
 
-std::vector<Vector3d> moved(const scenes::cloud& scan, const Eigen::Isometry3d& motion) {
+std::vector<Vector3d> moved(const scenes::cloud& scan, const Eigen::Isometry3d& transform) {
   std::vector<Vector3d> points;
-  for (const Vector3f& p : scan) points.push_back(motion * p.cast<double>());
+  for (const Vector3f& p : scan) points.push_back(transform * p.cast<double>());
   return points;
 }
 
 /// Checks that a map holds the stems of the plot, as a motion lays them, and no others.
 void check_finds(const stem_map& map, const plot& truth,
-                 const Eigen::Isometry3d& motion = Eigen::Isometry3d::Identity()) {
+                 const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
   CHECK(map.stems.size() == truth.stems.size());
   for (const cylinder& expected : truth.stems) {
     CAPTURE(expected.point.transpose());
-    const Vector3d position = motion * expected.point;
+    const Vector3d position = transform * expected.point;
     const auto nearest =
         std::min_element(map.stems.begin(), map.stems.end(), [&](const stem& a, const stem& b) {
           return (a.position - position).norm() < (b.position - position).norm();
@@ -71,7 +71,7 @@ void check_finds(const stem_map& map, const plot& truth,
     REQUIRE(nearest != map.stems.end());
     CHECK((nearest->position - position).norm() < 0.02);
     CHECK(nearest->radius == Approx(expected.radius).margin(0.01));
-    CHECK((nearest->axis - motion.linear() * expected.axis).norm() < 0.02);
+    CHECK((nearest->axis - transform.linear() * expected.axis).norm() < 0.02);
     CHECK(nearest->ground_seen);
   }
 }
@@ -177,11 +177,11 @@ TEST_CASE("stems of a turned scan turn along, when up is said") {
   const plot truth(8);
   for (const Vector3d& up : {Vector3d(1, 0, 0), Vector3d(0.3, -0.2, 1), Vector3d(0, 0, -2)}) {
     CAPTURE(up.transpose());
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    motion.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up).toRotationMatrix();
-    motion.translation() = Vector3d(30, -20, 10);
-    const stem_map map = map_stems(moved(truth.scan, motion), {}, up);
-    check_finds(map, truth, motion);
+    Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+    transform.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), up).toRotationMatrix();
+    transform.translation() = Vector3d(30, -20, 10);
+    const stem_map map = map_stems(moved(truth.scan, transform), {}, up);
+    check_finds(map, truth, transform);
     CHECK((map.up - up.normalized()).norm() < 1e-12);
   }
 }
@@ -210,21 +210,21 @@ TEST_CASE("the vertical of a scan that was not level comes from its stems, unles
     return map;
   };
   for (const double angle : {12.0, 20.0}) {  // the latter is mapped twice
-    const stem_map by_stems = map_tilted(angle, vertical_rule::stems_if_askew);
+    const stem_map by_stems = map_tilted(angle, vertical_rule::stems_if_tilted);
     CHECK(by_stems.up_by_stems);
     CHECK(by_stems.up == by_stems.upright->up);
-    CHECK(is_askew(by_stems));
-    CHECK(how_askew(by_stems).find("taken from them") != std::string::npos);
+    CHECK(is_tilted(by_stems));
+    CHECK(describe_tilt(by_stems).find("taken from them") != std::string::npos);
   }
   const stem_map as_given = map_tilted(12, vertical_rule::given);
   CHECK(as_given.up == Vector3d::UnitZ());
   CHECK_FALSE(as_given.up_by_stems);
-  CHECK(is_askew(as_given));
-  CHECK(how_askew(as_given).find("taken from them") == std::string::npos);
+  CHECK(is_tilted(as_given));
+  CHECK(describe_tilt(as_given).find("taken from them") == std::string::npos);
 
-  const stem_map level = map_tilted(0, vertical_rule::stems_if_askew);
+  const stem_map level = map_tilted(0, vertical_rule::stems_if_tilted);
   CHECK(level.up == Vector3d::UnitZ());
-  CHECK_FALSE(is_askew(level));
+  CHECK_FALSE(is_tilted(level));
   const stem_map level_by_stems = map_tilted(0, vertical_rule::stems);
   CHECK(level_by_stems.up_by_stems);
   CHECK(level_by_stems.up == level_by_stems.upright->up);
@@ -369,8 +369,9 @@ TEST_CASE("map_stems refuses bad arguments by name") {
     CHECK(message([&](auto& o) { o.verticality.radius = bad; }).starts_with("verticality.radius"));
     CHECK(message([&](auto& o) { o.stems.column_width = bad; }).starts_with("stems.column_width"));
   }
-  CHECK(message([](auto& o) { o.understory.lowest = 3; }).starts_with("understory.lowest"));
-  CHECK(message([](auto& o) { o.stems.cylinder.draws = 0; }).find("cylinder.draws") != std::string::npos);
+  CHECK(message([](auto& o) { o.understory.min_height = 3; }).starts_with("understory.min_height"));
+  CHECK(message([](auto& o) { o.stems.cylinder.max_iterations = 0; }).find("cylinder.draws") !=
+        std::string::npos);
   for (const Vector3d& up : {Vector3d(0, 0, 0), Vector3d(nan, 0, 1)})
     CHECK(message_of([&] { map_stems(nothing, {}, up); }).starts_with("up must be"));
   CHECK(message_of([&] {
@@ -399,7 +400,7 @@ std::filesystem::path clouds() {
 
 /// Scores the stems found in both halves of a real pair against those that a person found in the whole cloud,
 /// by circles at breast height: there the places are compared, since stems lean by up to 20 degrees.
-void check_real_pair(const std::string& plot_name, const std::string& pair, std::size_t least_found) {
+void check_real_pair(const std::string& plot_name, const std::string& pair, std::size_t min_found) {
   if (!std::filesystem::exists(clouds())) {
     WARN("skipped: no real scans in " << clouds());
     return;
@@ -417,7 +418,7 @@ void check_real_pair(const std::string& plot_name, const std::string& pair, std:
       finds.push_back(is_source ? target_from_source * at_breast_height : at_breast_height);
     }
     const map_score score = score_map(finds, truth, 0.25);
-    CHECK(score.true_finds >= least_found);
+    CHECK(score.true_finds >= min_found);
     CHECK(score.found - score.true_finds <= 1);
   }
 }

@@ -42,13 +42,13 @@ void require_coherent(const matching& result) {
   }
 }
 
-struct reference_motion {
+struct reference_transform {
   double yaw;             // [rad]
   Eigen::Vector2d shift;  // [m]
 };
 
 /// Best fits by plot ("01" to "08") from a table whose columns are named in its first line.
-std::map<std::string, reference_motion> read_rioja_transforms(const std::filesystem::path& path) {
+std::map<std::string, reference_transform> read_rioja_transforms(const std::filesystem::path& path) {
   std::ifstream file(path);
   const auto fields = [&] {
     std::vector<std::string> result;
@@ -61,12 +61,12 @@ std::map<std::string, reference_motion> read_rioja_transforms(const std::filesys
   const auto column = [&](const std::string& name) {
     return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
   };
-  std::map<std::string, reference_motion> motions;
+  std::map<std::string, reference_transform> transforms;
   for (auto row = fields(); row.size() == names.size(); row = fields())
-    motions[row[column("src")].substr(6, 2)] = {
+    transforms[row[column("src")].substr(6, 2)] = {
         std::stod(row[column("refined_yaw_deg")]) * std::numbers::pi / 180,
         {std::stod(row[column("refined_tx")]), std::stod(row[column("refined_ty")])}};
-  return motions;
+  return transforms;
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ TEST_CASE("match_stems never registers two unrelated maps", "[slow]") {
     const positions source = scenes::random_stems(random, source_count, side, side);
     const positions target = scenes::moved(scenes::random_levelled_motion(random),
                                            scenes::random_stems(random, target_count, side, side));
-    const matching result = match_stems(source, target, {.tolerance = 0.05});
+    const matching result = match_stems(source, target, {.inlier_threshold = 0.05});
     require_coherent(result);
     CHECK(result.outcome != outcome::registered);
   }
@@ -220,7 +220,7 @@ TEST_CASE("the returned hypotheses are distinct") {
           for (const correspondence& c : h->correspondences)
             sum += stem_distance(a.target_from_source * source[c.source],
                                  b.target_from_source * source[c.source], true);
-        CHECK(sum > 2 * std::max(a.tolerance, b.tolerance) *
+        CHECK(sum > 2 * std::max(a.inlier_threshold, b.inlier_threshold) *
                         double(a.correspondences.size() + b.correspondences.size()) * (1 - 1e-9));
       }
   }
@@ -239,9 +239,9 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
     CHECK(result.outcome == outcome::ambiguous);
     CHECK(result.hypotheses.size() >= 2);
     CHECK(!result.uncertainty);
-    REQUIRE(result.rows);
-    CHECK(result.rows->first.norm() == Approx(2.5).epsilon(0.01));
-    CHECK(result.rows->second.norm() == Approx(2.5).epsilon(0.01));
+    REQUIRE(result.lattice);
+    CHECK(result.lattice->first.norm() == Approx(2.5).epsilon(0.01));
+    CHECK(result.lattice->second.norm() == Approx(2.5).epsilon(0.01));
   }
 }
 
@@ -252,8 +252,8 @@ TEST_CASE("the rivals of a lattice are its shifts and turns") {
   const matching result = match_stems(scenes::noisy(stems, 0.02, random),
                                       scenes::moved(truth, scenes::noisy(stems, 0.02, random)));
   REQUIRE(result.hypotheses.size() >= 4);
-  for (const hypothesis& rival : result.hypotheses) {
-    const Eigen::Isometry3d own = truth.inverse() * rival.target_from_source;
+  for (const hypothesis& alternative : result.hypotheses) {
+    const Eigen::Isometry3d own = truth.inverse() * alternative.target_from_source;
     const double yaw = std::atan2(own.linear()(1, 0), own.linear()(0, 0));
     CHECK(std::abs(std::remainder(yaw, std::numbers::pi / 2)) < 0.05);
     CHECK(std::abs(std::remainder(own.translation().x(), 2.5)) < 0.3);
@@ -278,14 +278,15 @@ TEST_CASE("gaps in perfect rows break the tie, whichever map is the larger one, 
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
-    CHECK(result.hypotheses.front().told_by == witness::gaps);
-    REQUIRE(result.rows);
+    CHECK(result.hypotheses.front().evidence == evidence_source::gaps);
+    REQUIRE(result.lattice);
     const double yaw = std::atan2(truth.linear()(1, 0), truth.linear()(0, 0));
-    CHECK(std::abs(std::remainder(result.rows->direction() - yaw, std::numbers::pi / 2)) < 0.02);
+    CHECK(std::abs(std::remainder(result.lattice->direction() - yaw, std::numbers::pi / 2)) < 0.02);
   }
 }
 
-TEST_CASE("in rows as noisy as they are crooked the misfits break the tie, whichever map is the larger one") {
+TEST_CASE(
+    "in rows as noisy as they are crooked the residuals break the tie, whichever map is the larger one") {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -297,7 +298,7 @@ TEST_CASE("in rows as noisy as they are crooked the misfits break the tie, which
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.2);
-    CHECK(result.hypotheses.front().told_by == witness::misfits);
+    CHECK(result.hypotheses.front().evidence == evidence_source::residuals);
     CHECK(result.hypotheses.front().correspondences.size() > 100);
   }
 }
@@ -314,7 +315,7 @@ TEST_CASE("where perfect rows stand on rolling ground the heights break the tie,
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
-    CHECK(result.hypotheses.front().told_by == witness::heights);
+    CHECK(result.hypotheses.front().evidence == evidence_source::heights);
     CHECK(match_stems(source, target, {.horizontal = true}).outcome == outcome::ambiguous);
   }
 }
@@ -345,7 +346,7 @@ TEST_CASE("in perfect rows on level ground the radii break the tie, where both m
     const matching result = match_stems(thick_source, thick_target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
-    CHECK(result.hypotheses.front().told_by == witness::radii);
+    CHECK(result.hypotheses.front().evidence == evidence_source::radii);
     CHECK(match_stems(source, thick_target).outcome == outcome::ambiguous);
     CHECK(match_stems(thick_source, target).outcome == outcome::ambiguous);
     CHECK(match_stems(thick_source, prepare_map(thick_target)).outcome == outcome::registered);
@@ -357,8 +358,8 @@ TEST_CASE("stems that stand anywhere have no lattice") {
   const auto views = scenes::half_overlapping_views(random, 100);
   const matching result = match_stems(views.source, views.target);
   CHECK(result.outcome == outcome::registered);
-  CHECK(!result.rows);
-  CHECK(result.hypotheses.front().told_by == witness::stems);
+  CHECK(!result.lattice);
+  CHECK(result.hypotheses.front().evidence == evidence_source::stems);
 }
 
 TEST_CASE("what is registered tells how far off it may be, in the target's frame, for any up") {
@@ -404,9 +405,9 @@ TEST_CASE("match_stems takes positions of any type and says whether it compared 
       const matching result = reversed ? match_stems(target, range) : match_stems(range, target);
       REQUIRE(result.outcome == outcome::registered);
       CHECK(result.horizontal);
-      const Eigen::Isometry3d motion =
+      const Eigen::Isometry3d transform =
           reversed ? result.target_from_source->inverse() : *result.target_from_source;
-      for (const Eigen::Vector3d& p : stems) CHECK((motion * p - truth * p).head<2>().norm() < 1e-9);
+      for (const Eigen::Vector3d& p : stems) CHECK((transform * p - truth * p).head<2>().norm() < 1e-9);
     }
     CHECK_THROWS_WITH(match_stems(range, target, {.dof = degrees_of_freedom::six}), Catch::Contains("dof"));
     CHECK_THROWS_AS(match_stems(target, range, {.dof = degrees_of_freedom::six}), std::invalid_argument);
@@ -475,7 +476,7 @@ TEST_CASE("match_stems gives the same bits for stems in any order, and maps corr
   const auto views = scenes::half_overlapping_views(random, 40);
   const matching expected = match_stems(views.source, views.target);
   CHECK(expected.outcome == outcome::registered);
-  for (int round = 0; round < 4; ++round) {
+  for (int iteration = 0; iteration < 4; ++iteration) {
     const auto source_order = scenes::random_order(views.source.size(), random);
     const auto target_order = scenes::random_order(views.target.size(), random);
     matching result = match_stems(scenes::reordered(views.source, source_order),
@@ -493,8 +494,8 @@ TEST_CASE("match_stems gives the same bits for stems in any order, and maps corr
 TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller's frames") {
   random_source random(4);
   const auto views = scenes::half_overlapping_views(random, 40);
-  const matching result = match_stems(views.source, views.target, {.tolerance = 0.1});
-  CHECK(result.tolerance == 0.1);
+  const matching result = match_stems(views.source, views.target, {.inlier_threshold = 0.1});
+  CHECK(result.inlier_threshold == 0.1);
   REQUIRE_FALSE(result.hypotheses.empty());
   for (const hypothesis& h : result.hypotheses)
     for (const correspondence& c : h.correspondences)
@@ -504,7 +505,8 @@ TEST_CASE("the pairs of every hypothesis lie within the tolerance in the caller'
 TEST_CASE("the matching funnel counts what each step of Algorithm 1 left") {
   random_source random(5);
   const positions stems = scenes::random_stems(random, 15, 20, 20);
-  const matching result = match_stems(stems, stems, {.tolerance = 0.05, .proposal = proposal::algorithm_1});
+  const matching result =
+      match_stems(stems, stems, {.inlier_threshold = 0.05, .proposal = proposal::algorithm_1});
   CHECK(result.funnel.source_stems == 15);
   CHECK(result.funnel.target_stems == 15);
   CHECK(result.funnel.source_triangles == 15 * 14 * 13 / 6);
@@ -513,7 +515,7 @@ TEST_CASE("the matching funnel counts what each step of Algorithm 1 left") {
   CHECK(result.funnel.consensus <= result.funnel.local_pairs);
   CHECK(result.funnel.consensus > result.funnel.local_pairs / 2);
   CHECK(result.funnel.correspondences == 15);
-  CHECK(result.tolerance == 0.05);
+  CHECK(result.inlier_threshold == 0.05);
 }
 
 TEST_CASE("the matching funnel counts queries and candidates of the triangle index") {
@@ -546,10 +548,10 @@ TEST_CASE("without a tolerance the one of the noise is found, and the motion is 
     const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
     const positions target = scenes::moved(truth, scenes::noisy(stems, sigma, random));
     const matching result = match_stems(stems, target, {.horizontal = true});
-    CAPTURE(sigma, result.tolerance, result.reason);
+    CAPTURE(sigma, result.inlier_threshold, result.reason);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(result.tolerance > sigma);
-    CHECK(result.tolerance < 7 * sigma);
+    CHECK(result.inlier_threshold > sigma);
+    CHECK(result.inlier_threshold < 7 * sigma);
     for (const Eigen::Vector3d& p : stems)
       CHECK((*result.target_from_source * p - truth * p).head<2>().norm() < 2 * sigma);
   }
@@ -578,8 +580,9 @@ TEST_CASE("a small plot is found in a prepared map, as by match_stems with the m
 TEST_CASE("a map that was not prepared is named, as are heights that it lacks") {
   const positions stems = {{0, 0, 0}, {1, 3, 0}, {5, 2, 0}, {4, 7, 0}};
   CHECK_THROWS_WITH(match_stems(stems, prepared_map{}), Catch::Contains("prepare_map"));
-  const std::vector<Eigen::Vector2d> in_plan = {{0, 0}, {1, 3}, {5, 2}, {4, 7}};
-  CHECK_THROWS_WITH(prepare_map(in_plan, {.dof = degrees_of_freedom::six}), Catch::Contains("need heights"));
+  const std::vector<Eigen::Vector2d> horizontal_distances = {{0, 0}, {1, 3}, {5, 2}, {4, 7}};
+  CHECK_THROWS_WITH(prepare_map(horizontal_distances, {.dof = degrees_of_freedom::six}),
+                    Catch::Contains("need heights"));
 }
 
 TEST_CASE("a map prepared for one kind of distances refuses the other") {
@@ -589,8 +592,8 @@ TEST_CASE("a map prepared for one kind of distances refuses the other") {
   CHECK_THROWS_WITH(match_stems(stems, prepare_map(stems, six)), Catch::Contains("prepare it with dof four"));
   CHECK_THROWS_WITH(match_stems(stems, prepare_map(stems), six), Catch::Contains("prepare it with dof six"));
   CHECK(match_stems(stems, prepare_map(stems, six), six).outcome == outcome::registered);
-  const std::vector<Eigen::Vector2d> in_plan(5, Eigen::Vector2d::Zero());
-  CHECK_NOTHROW(match_stems(in_plan, prepare_map(stems)));
+  const std::vector<Eigen::Vector2d> horizontal_distances(5, Eigen::Vector2d::Zero());
+  CHECK_NOTHROW(match_stems(horizontal_distances, prepare_map(stems)));
 }
 
 TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do not move the rest") {
@@ -607,9 +610,9 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     REQUIRE(result.outcome == outcome::registered);
     CHECK(result.funnel.correspondences >= 36);
     CHECK(result.funnel.correspondences == undisturbed.funnel.correspondences);
-    CHECK(result.tolerance < 0.1);
+    CHECK(result.inlier_threshold < 0.1);
     CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.03);
-    const matching strict = match_stems(stems, target, {.vertical_tolerance = 0.3});
+    const matching strict = match_stems(stems, target, {.vertical_threshold = 0.3});
     REQUIRE(strict.outcome == outcome::registered);
     CHECK(strict.funnel.correspondences >= 26);
     CHECK(strict.funnel.correspondences <= 30);
@@ -622,7 +625,7 @@ TEST_CASE("maps that have nothing in common yield a handful of hypotheses and no
                   other = scenes::random_stems(random, 30, 20, 20);
   const matching result = match_stems(one, other);
   CHECK(result.outcome == outcome::not_registered);
-  CHECK(result.hypotheses.size() <= indexed_matching_options{}.most_hypotheses);
+  CHECK(result.hypotheses.size() <= indexed_matching_options{}.max_hypotheses);
   CHECK(result.hypotheses.size() > 1);
 }
 
@@ -630,8 +633,8 @@ TEST_CASE("six degrees of freedom and horizontal distances exclude each other") 
   const positions stems(5, Eigen::Vector3d::Zero());
   CHECK_THROWS_WITH(match_stems(stems, stems, {.dof = degrees_of_freedom::six, .horizontal = true}),
                     Catch::Contains("horizontal: six degrees of freedom need heights"));
-  CHECK_THROWS_WITH(match_stems(stems, stems, {.vertical_tolerance = 0}),
-                    Catch::Contains("vertical_tolerance"));
+  CHECK_THROWS_WITH(match_stems(stems, stems, {.vertical_threshold = 0}),
+                    Catch::Contains("vertical_threshold"));
 }
 
 TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registered in 6-DoF") {
@@ -683,9 +686,9 @@ TEST_CASE("match_stems turns about the up that it is given") {
     const matching result =
         match_stems(scenes::moved(tilt, views.source), scenes::moved(tilt, views.target), {}, up);
     REQUIRE(result.outcome == outcome::registered);
-    const Eigen::Isometry3d& motion = *result.target_from_source;
-    CHECK((motion.linear() * up).isApprox(up, 1e-12));
-    CHECK(scenes::largest_error(tilt.inverse() * motion * tilt, views.target_from_source, views.source) <
+    const Eigen::Isometry3d& transform = *result.target_from_source;
+    CHECK((transform.linear() * up).isApprox(up, 1e-12));
+    CHECK(scenes::largest_error(tilt.inverse() * transform * tilt, views.target_from_source, views.source) <
           0.03);
   }
 }
@@ -746,11 +749,11 @@ TEST_CASE("match_stems names the option that makes no sense, whatever the stems"
     return std::string();
   };
   for (const double bad : {0.0, -0.05, nan})
-    CHECK_THAT(message_of({.tolerance = bad}), Catch::Contains("tolerance"));
+    CHECK_THAT(message_of({.inlier_threshold = bad}), Catch::Contains("inlier_threshold"));
   CHECK_THAT(message_of({.dof = static_cast<degrees_of_freedom>(5)}), Catch::Contains("dof"));
   CHECK_THAT(message_of({.triangles = {.neighbors = 1}}), Catch::Contains("neighbors"));
-  CHECK_THAT(message_of({.global = {.most_hypotheses = 0}}), Catch::Contains("most_hypotheses"));
-  CHECK_THAT(message_of({.verdict = {.least_correspondences = 0}}), Catch::Contains("least_correspondences"));
+  CHECK_THAT(message_of({.global = {.max_hypotheses = 0}}), Catch::Contains("max_hypotheses"));
+  CHECK_THAT(message_of({.decision = {.min_correspondences = 0}}), Catch::Contains("min_correspondences"));
   CHECK_THROWS_WITH(match_stems(none, none, {}, Eigen::Vector3d(0, 0, 0)), Catch::Contains("up"));
   CHECK_THROWS_WITH(match_stems(none, none, {}, Eigen::Vector3d::UnitZ(), {.threads = -1}),
                     Catch::Contains("threads"));
@@ -762,12 +765,12 @@ TEST_CASE("match_stems is cancelled by the progress callback at any of its calls
   int calls = 0;
   const auto run = [&](int allowed) {
     calls = 0;
-    const execution how{.threads = 1, .on_progress = [&](const progress& p) {
-                          CHECK_FALSE(p.stage.empty());
-                          CHECK((p.fraction >= 0 && p.fraction <= 1));
-                          return ++calls <= allowed;
-                        }};
-    return match_stems(stems, stems, {}, Eigen::Vector3d::UnitZ(), how);
+    const execution exec{.threads = 1, .on_progress = [&](const progress& p) {
+                           CHECK_FALSE(p.stage.empty());
+                           CHECK((p.fraction >= 0 && p.fraction <= 1));
+                           return ++calls <= allowed;
+                         }};
+    return match_stems(stems, stems, {}, Eigen::Vector3d::UnitZ(), exec);
   };
   CHECK(run(std::numeric_limits<int>::max()).outcome == outcome::registered);
   const int all_calls = calls;
@@ -792,13 +795,13 @@ TEST_CASE("the eight rioja pairs are within 1 degree and 0.3 m of their best fit
     INFO("plot " << plot);
     const auto source = support::read_stems(folder / ("rioja_" + plot + "_tls.csv")).stems;
     const auto target = support::read_stems(folder / ("rioja_" + plot + "_field.csv")).stems;
-    const matching result = match_stems(source, target, {.horizontal = true, .tolerance = 0.2});
+    const matching result = match_stems(source, target, {.horizontal = true, .inlier_threshold = 0.2});
     INFO(result.reason);
     REQUIRE(result.outcome == outcome::registered);
-    const Eigen::Isometry3d& motion = *result.target_from_source;
-    const double yaw = std::atan2(motion(1, 0), motion(0, 0));
+    const Eigen::Isometry3d& transform = *result.target_from_source;
+    const double yaw = std::atan2(transform(1, 0), transform(0, 0));
     CHECK(std::abs(std::remainder(yaw - reference.yaw, 2 * std::numbers::pi)) < std::numbers::pi / 180);
-    CHECK((motion.translation().head<2>() - reference.shift).norm() < 0.3);
+    CHECK((transform.translation().head<2>() - reference.shift).norm() < 0.3);
   }
 }
 

@@ -61,18 +61,18 @@ TEST_CASE("a terrain covers its raster with its edge and nothing else") {
 TEST_CASE("there is no height where no ground was seen, but an interpolated one") {
   terrain ground = plane_terrain();
   ground.has_data[ground.node(3, 2)] = 0;
-  CHECK_FALSE(ground.knows(1.75, 1.25));
+  CHECK_FALSE(ground.is_known(1.75, 1.25));
   CHECK(ground.height_at(1.75, 1.25) == std::nullopt);
   CHECK(ground.interpolated_height(1.75, 1.25) == Approx(1 + 0.25 * 1.75 - 0.5 * 1.25));
-  CHECK(ground.knows(2.01, 1.25));
+  CHECK(ground.is_known(2.01, 1.25));
   REQUIRE(ground.height_at(2.25, 1.25));
   CHECK(*ground.height_at(2.25, 1.25) == Approx(1 + 0.25 * 2.25 - 0.5 * 1.25));
 }
 
 TEST_CASE("there is no height beyond the raster") {
   const terrain ground = plane_terrain();
-  CHECK(ground.knows(4, 3));
-  CHECK_FALSE(ground.knows(4.1, 1));
+  CHECK(ground.is_known(4, 3));
+  CHECK_FALSE(ground.is_known(4.1, 1));
   CHECK(ground.height_at(-0.1, 1) == std::nullopt);
   CHECK(ground.height_at(1, 1e9) == std::nullopt);
 }

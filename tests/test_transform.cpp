@@ -12,11 +12,11 @@ namespace {
 using scenes::four;
 using scenes::six;
 
-Eigen::Isometry3d random_motion(random_source& random) {
-  Eigen::Isometry3d motion = scenes::random_levelled_motion(random);
+Eigen::Isometry3d random_transform(random_source& random) {
+  Eigen::Isometry3d transform = scenes::random_levelled_motion(random);
   const Eigen::Vector3d axis(random.normal(), random.normal(), random.normal());
-  motion.rotate(Eigen::AngleAxisd(scenes::uniform(random, 0, 3), axis.normalized()));
-  return motion;
+  transform.rotate(Eigen::AngleAxisd(scenes::uniform(random, 0, 3), axis.normalized()));
+  return transform;
 }
 
 positions random_points(random_source& random, std::size_t count) {
@@ -26,9 +26,9 @@ positions random_points(random_source& random, std::size_t count) {
   return points;
 }
 
-void require_rotation(const Eigen::Isometry3d& motion) {
-  CHECK(motion.linear().determinant() == Approx(1));
-  CHECK((motion.linear() * motion.linear().transpose()).isIdentity(1e-12));
+void require_rotation(const Eigen::Isometry3d& transform) {
+  CHECK(transform.linear().determinant() == Approx(1));
+  CHECK((transform.linear() * transform.linear().transpose()).isIdentity(1e-12));
 }
 
 }  // namespace
@@ -40,11 +40,11 @@ TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
       random_source random(seed);
       const positions source = random_points(random, 3 + random.below(10));
       const Eigen::Isometry3d truth =
-          dof == four ? scenes::random_levelled_motion(random) : random_motion(random);
-      const auto motion = fit_transform(source, scenes::moved(truth, source), dof);
-      REQUIRE(motion);
-      CHECK(motion->isApprox(truth, 1e-12));
-      require_rotation(*motion);
+          dof == four ? scenes::random_levelled_motion(random) : random_transform(random);
+      const auto transform = fit_transform(source, scenes::moved(truth, source), dof);
+      REQUIRE(transform);
+      CHECK(transform->isApprox(truth, 1e-12));
+      require_rotation(*transform);
     }
 }
 
@@ -54,9 +54,9 @@ TEST_CASE("fit_transform recovers an exact motion of coordinates of a million me
   const positions source = scenes::moved(scenes::yaw_and_shift(0, {1e6, 5e6, 1e3}), near);
   for (const auto dof : {four, six}) {
     const Eigen::Isometry3d truth = scenes::yaw_and_shift(1, {-4e5, 7e4, 100});
-    const auto motion = fit_transform(source, scenes::moved(truth, source), dof);
-    REQUIRE(motion);
-    CHECK(scenes::largest_error(*motion, truth, source) < 1e-6);
+    const auto transform = fit_transform(source, scenes::moved(truth, source), dof);
+    REQUIRE(transform);
+    CHECK(scenes::largest_error(*transform, truth, source) < 1e-6);
   }
 }
 
@@ -68,22 +68,22 @@ TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby")
         scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), source), 0.3, random);
     std::vector<double> weights;
     for (std::size_t i = 0; i < source.size(); ++i) weights.push_back(random.uniform());
-    const auto squares = [&](const Eigen::Isometry3d& motion) {
+    const auto squares = [&](const Eigen::Isometry3d& transform) {
       double sum = 0;
       for (std::size_t i = 0; i < source.size(); ++i)
-        sum += weights[i] * (motion * source[i] - target[i]).squaredNorm();
+        sum += weights[i] * (transform * source[i] - target[i]).squaredNorm();
       return sum;
     };
-    const auto motion = fit_transform(source, target, dof, weights);
-    REQUIRE(motion);
+    const auto transform = fit_transform(source, target, dof, weights);
+    REQUIRE(transform);
     for (int i = 0; i < 200; ++i) {
-      Eigen::Isometry3d other = *motion;
+      Eigen::Isometry3d other = *transform;
       other.translation() += 0.01 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
       const Eigen::Vector3d axis = dof == four
                                        ? Eigen::Vector3d(0, 0, 1)
                                        : Eigen::Vector3d(random.normal(), random.normal(), random.normal());
       other.rotate(Eigen::AngleAxisd(0.001 * random.normal(), axis.normalized()));
-      CHECK(squares(other) >= squares(*motion));
+      CHECK(squares(other) >= squares(*transform));
     }
   }
 }
@@ -91,19 +91,19 @@ TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby")
 TEST_CASE("4-DoF keeps the z axis to the last bit, also for tilted input") {
   random_source random(53);
   const positions source = random_points(random, 10);
-  const positions target = scenes::moved(random_motion(random), source);
-  const auto motion = fit_transform(source, target, four);
-  REQUIRE(motion);
-  CHECK(motion->linear().col(2) == Eigen::Vector3d::UnitZ());
-  CHECK(motion->linear().row(2) == Eigen::RowVector3d::UnitZ());
-  require_rotation(*motion);
+  const positions target = scenes::moved(random_transform(random), source);
+  const auto transform = fit_transform(source, target, four);
+  REQUIRE(transform);
+  CHECK(transform->linear().col(2) == Eigen::Vector3d::UnitZ());
+  CHECK(transform->linear().row(2) == Eigen::RowVector3d::UnitZ());
+  require_rotation(*transform);
 }
 
 TEST_CASE("4-DoF shifts heights by their mean difference") {
   const positions source = {{0, 0, 0}, {5, 0, 0}, {0, 5, 0}}, target = {{0, 0, 1}, {5, 0, 2}, {0, 5, 6}};
-  const auto motion = fit_transform(source, target, four);
-  REQUIRE(motion);
-  CHECK(motion->translation().z() == Approx(3));
+  const auto transform = fit_transform(source, target, four);
+  REQUIRE(transform);
+  CHECK(transform->translation().z() == Approx(3));
 }
 
 TEST_CASE("points of weight zero do not count, and weights count as copies") {
@@ -126,13 +126,13 @@ TEST_CASE("points of weight zero do not count, and weights count as copies") {
 TEST_CASE("fit_transform never reflects, also where a reflection would fit exactly") {
   random_source random(55);
   for (const auto dof : {four, six})
-    for (int round = 0; round < 20; ++round) {
+    for (int iteration = 0; iteration < 20; ++iteration) {
       const positions source = random_points(random, 3 + random.below(6));
       positions target = source;
       for (Eigen::Vector3d& p : target) p.y() = -p.y();
-      const auto motion = fit_transform(source, target, dof);
-      REQUIRE(motion);
-      require_rotation(*motion);
+      const auto transform = fit_transform(source, target, dof);
+      REQUIRE(transform);
+      require_rotation(*transform);
     }
 }
 
@@ -140,10 +140,10 @@ TEST_CASE("6-DoF rotates points of one plane exactly") {
   random_source random(56);
   positions source = random_points(random, 6);
   for (Eigen::Vector3d& p : source) p.z() = 0;
-  const Eigen::Isometry3d truth = random_motion(random);
-  const auto motion = fit_transform(source, scenes::moved(truth, source), six);
-  REQUIRE(motion);
-  CHECK(motion->isApprox(truth, 1e-12));
+  const Eigen::Isometry3d truth = random_transform(random);
+  const auto transform = fit_transform(source, scenes::moved(truth, source), six);
+  REQUIRE(transform);
+  CHECK(transform->isApprox(truth, 1e-12));
 }
 
 TEST_CASE("fit_transform gives nothing when the points do not determine the motion") {

@@ -19,14 +19,14 @@ triplet sorted(triplet v) {
   return v;
 }
 
-triangle_index index_of(const position_set& stems, std::size_t neighbors, const execution& how = {}) {
-  return triangle_index(stems, plan_index(stems), false, neighbors, how);
+triangle_index index_of(const position_set& stems, std::size_t neighbors, const execution& exec = {}) {
+  return triangle_index(stems, position_index(stems), false, neighbors, exec);
 }
 
 /// All triangles of a map by looking up each in the index of the whole.
-std::multiset<triplet> found_like(const triangle_index& index, const triangle& t, double tolerance) {
+std::multiset<triplet> found_like(const triangle_index& index, const triangle& t, double epsilon) {
   std::multiset<triplet> found;
-  index.for_each_like(t, tolerance, [&](const triplet& v) { found.insert(v); });
+  index.for_each_like(t, epsilon, [&](const triplet& v) { found.insert(v); });
   return found;
 }
 
@@ -36,7 +36,7 @@ TEST_CASE("the index holds the triangles of each stem with two of its nearest, e
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 150, 40, 40));
   for (const std::size_t neighbors : {2u, 5u, 9u}) {
-    const auto nearest = nearest_stems(plan_index(stems), neighbors);
+    const auto nearest = nearest_stems(position_index(stems), neighbors);
     std::set<triplet> expected;
     for (stem_index i = 0; i < stems.size(); ++i)
       for (std::size_t j = 0; j < neighbors; ++j)
@@ -55,14 +55,14 @@ TEST_CASE("an index of every so many stems holds the triangles that these make, 
   random_source random(5);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 150, 40, 40));
   constexpr std::size_t neighbors = 5;
-  const auto nearest = nearest_stems(plan_index(stems), neighbors);
+  const auto nearest = nearest_stems(position_index(stems), neighbors);
   for (const std::size_t step : {1u, 4u, 149u, 1000u}) {
     std::set<triplet> expected;
     for (stem_index i = 0; i < stems.size(); i += stem_index(step))
       for (std::size_t j = 0; j < neighbors; ++j)
         for (std::size_t k = j + 1; k < neighbors; ++k)
           expected.insert(sorted({i, nearest[i * neighbors + j], nearest[i * neighbors + k]}));
-    const triangle_index index(stems, plan_index(stems), false, neighbors, {}, step);
+    const triangle_index index(stems, position_index(stems), false, neighbors, {}, step);
     CHECK(index.size() == expected.size());
     for (const triplet& v : expected) {
       const triangle t = make_triangle(stems, v, false);
@@ -79,17 +79,17 @@ TEST_CASE("the index finds all triangles whose edges are alike, as brute force d
   const triangle any{{0, 1, 2}, {0, 0, 0}};
   index.for_each_like(any, 1e6, [&](const triplet& v) { all.push_back(make_triangle(stems, v, false)); });
   REQUIRE(all.size() == index.size());
-  for (const double tolerance : {0.05, 0.5, 3.0})
+  for (const double epsilon : {0.05, 0.5, 3.0})
     for (int query = 0; query < 40; ++query) {
       const triangle& t = all[random.below(static_cast<std::uint32_t>(all.size()))];
       std::multiset<triplet> expected;
       for (const triangle& other : all) {
         bool alike = true;
         for (std::size_t i = 0; i < 3; ++i)
-          alike = alike && std::abs(float(t.edges[i]) - float(other.edges[i])) <= float(tolerance);
+          alike = alike && std::abs(float(t.edges[i]) - float(other.edges[i])) <= float(epsilon);
         if (alike) expected.insert(other.vertices);
       }
-      CHECK(found_like(index, t, tolerance) == expected);
+      CHECK(found_like(index, t, epsilon) == expected);
     }
 }
 

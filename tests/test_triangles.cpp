@@ -40,9 +40,9 @@ std::set<triplet> orders_of(const position_set& stems) {
   return orders;
 }
 
-std::vector<triangle> admissible_orders(const triangle& t, double tolerance) {
+std::vector<triangle> admissible_orders(const triangle& t, double epsilon) {
   std::vector<triangle> orders;
-  for_each_admissible_order(t, tolerance, [&](const triangle& order) { orders.push_back(order); });
+  for_each_admissible_order(t, epsilon, [&](const triangle& order) { orders.push_back(order); });
   return orders;
 }
 
@@ -52,12 +52,12 @@ struct lost_triangles {
   std::size_t of = 0, canonical_only = 0, admissible = 0;
 };
 
-lost_triangles count_lost(const positions& source, const positions& target, double tolerance) {
+lost_triangles count_lost(const positions& source, const positions& target, double epsilon) {
   const position_set source_set = scenes::set_in_order(source), target_set = scenes::set_in_order(target);
   lost_triangles lost;
   for (const triangle& t : build_triangles(target_set, false)) {
     const triangle s = make_triangle(source_set, t.vertices, false);
-    const auto orders = admissible_orders(s, tolerance);
+    const auto orders = admissible_orders(s, epsilon);
     const auto same = [&](const triangle& order) { return order.vertices == t.vertices; };
     ++lost.of;
     lost.canonical_only += !same(s);
@@ -159,7 +159,7 @@ TEST_CASE("triangles of stems in a line, or all at one place, have finite edges"
     CHECK_FALSE(triangles.empty());
     for (const triangle& t : triangles) {
       for (const double edge : t.edges) CHECK(std::isfinite(edge));
-      CHECK(t.plan_height == Approx(0).margin(1e-9));
+      CHECK(t.horizontal_width == Approx(0).margin(1e-9));
     }
   }
 }
@@ -196,7 +196,7 @@ TEST_CASE("triangles keep their vertex order when the map is turned about z, shi
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const positions stems = scenes::random_stems(random, 25, 30, 30);
   const auto expected = orders_of(import_positions(stems, up, "source"));
-  for (int round = 0; round < 5; ++round) {
+  for (int iteration = 0; iteration < 5; ++iteration) {
     const auto order = scenes::random_order(stems.size(), random);
     const positions other =
         scenes::moved(scenes::random_levelled_motion(random), scenes::reordered(stems, order));
@@ -225,16 +225,16 @@ TEST_CASE("the height of a triangle in plan equals area over longest edge") {
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 20, 30, 30));
   for (const triangle& t : build_triangles(stems, true)) {
     const double parallelogram = oracles::signed_parallelogram(stems, t.vertices);
-    CHECK(t.plan_height == Approx(parallelogram / t.edges[0]).margin(1e-6));
+    CHECK(t.horizontal_width == Approx(parallelogram / t.edges[0]).margin(1e-6));
   }
 }
 
 TEST_CASE("admissible orders equal their definition, the canonical one first and each once") {
   random_source random(10);
-  for (const double tolerance : {0.05, 0.5, 5.0}) {
+  for (const double epsilon : {0.05, 0.5, 5.0}) {
     const position_set stems = scenes::set_in_order(scenes::random_stems(random, 15, 20, 20));
     for (const triangle& t : build_triangles(stems, true)) {
-      const auto orders = admissible_orders(t, tolerance);
+      const auto orders = admissible_orders(t, epsilon);
       REQUIRE_FALSE(orders.empty());
       CHECK(orders.front().vertices == t.vertices);
       std::set<triplet> found, expected;
@@ -247,7 +247,7 @@ TEST_CASE("admissible orders equal their definition, the canonical one first and
       }
       triplet v = in_order(t.vertices);
       do {
-        if (oracles::is_admissible(stems, v, true, tolerance)) expected.insert(v);
+        if (oracles::is_admissible(stems, v, true, epsilon)) expected.insert(v);
       } while (std::next_permutation(v.begin(), v.end()));
       CHECK(found == expected);
     }
@@ -267,12 +267,12 @@ TEST_CASE("an equilateral triangle has three admissible orders and a flat one bo
 }
 
 TEST_CASE("in perfect rows the canonical order alone loses congruent triangles, the admissible orders none") {
-  constexpr double tolerance = 0.05;
+  constexpr double epsilon = 0.05;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     random_source random(seed);
     const positions rows = scenes::lattice(8, 8, 2.5);
-    const lost_triangles lost = count_lost(scenes::jittered(rows, tolerance / 4, random),
-                                           scenes::jittered(rows, tolerance / 4, random), tolerance);
+    const lost_triangles lost = count_lost(scenes::jittered(rows, epsilon / 4, random),
+                                           scenes::jittered(rows, epsilon / 4, random), epsilon);
     INFO("seed " << seed << ": of " << lost.of << " triangles " << lost.canonical_only);
     CHECK(lost.canonical_only > lost.of / 20);
     CHECK(lost.admissible == 0);
@@ -280,23 +280,23 @@ TEST_CASE("in perfect rows the canonical order alone loses congruent triangles, 
 }
 
 TEST_CASE("in random maps the admissible orders lose no congruent triangle either") {
-  constexpr double tolerance = 0.05;
+  constexpr double epsilon = 0.05;
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     random_source random(seed);
     const positions stems = scenes::random_stems(random, 60, 30, 30);
-    const lost_triangles lost = count_lost(scenes::jittered(stems, tolerance / 4, random),
-                                           scenes::jittered(stems, tolerance / 4, random), tolerance);
+    const lost_triangles lost = count_lost(scenes::jittered(stems, epsilon / 4, random),
+                                           scenes::jittered(stems, epsilon / 4, random), epsilon);
     CHECK(lost.admissible == 0);
   }
 }
 
 TEST_CASE("in perfect rows over humps and hollows the admissible orders lose no congruent triangle") {
-  constexpr double tolerance = 0.05;
+  constexpr double epsilon = 0.05;
   random_source random(11);
   positions rows = scenes::lattice(8, 8, 2.5);
   for (Eigen::Vector3d& p : rows) p.z() = std::sin(p.x() * 0.8) + std::cos(p.y() * 0.7);
-  const lost_triangles lost = count_lost(scenes::jittered(rows, tolerance / 4, random),
-                                         scenes::jittered(rows, tolerance / 4, random), tolerance);
+  const lost_triangles lost = count_lost(scenes::jittered(rows, epsilon / 4, random),
+                                         scenes::jittered(rows, epsilon / 4, random), epsilon);
   INFO("of " << lost.of << " triangles");
   CHECK(lost.admissible == 0);
 }

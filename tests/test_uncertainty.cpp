@@ -21,7 +21,7 @@ using scenes::six;
 constexpr double quantile_of_two = 5.991, quantile_of_four = 9.488;  // chi squared, 95 %
 
 /// As rows of the covariance: shift of the center, turns.
-Eigen::VectorXd as_vector(const Eigen::Isometry3d& error, const motion_uncertainty& u) {
+Eigen::VectorXd as_vector(const Eigen::Isometry3d& error, const transform_uncertainty& u) {
   const Eigen::AngleAxisd turn(error.linear());
   Eigen::VectorXd v(u.covariance.rows());
   v.head<3>() = error * u.center - u.center;
@@ -50,14 +50,14 @@ TEST_CASE("the 95 % ellipse holds the truth in 92 to 98 of 100, with few pairs a
         fit_robustly(match.best, match.maps);
         const auto u = uncertainty_of(match.best, match.maps);
         REQUIRE(u);
-        const auto off_in_plan = [&](const Eigen::Vector3d& p) {
+        const auto horizontal_distance = [&](const Eigen::Vector3d& p) {
           const Eigen::Vector2d off = (match.error() * p - p).head<2>();
           return squared_deviations(off, u->at(p).topLeftCorner<2, 2>());
         };
         if (dof == four)
           whole += squared_deviations(as_vector(match.error(), *u), u->covariance) < quantile_of_four;
-        at_center += off_in_plan(u->center) < quantile_of_two;
-        far_away += off_in_plan(u->center + Eigen::Vector3d(40, -30, 2)) < quantile_of_two;
+        at_center += horizontal_distance(u->center) < quantile_of_two;
+        far_away += horizontal_distance(u->center + Eigen::Vector3d(40, -30, 2)) < quantile_of_two;
       }
       CAPTURE(int(dof), pairs);
       for (const int held : {dof == four ? whole : at_center, at_center, far_away}) {
@@ -126,7 +126,7 @@ TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
     const auto u = uncertainty_of(match.best, match.maps);
     REQUIRE(u);
     const local_frame frame{{500000, 5300000, 1000}, levelling_rotation({0.3, -0.2, 1})};
-    const motion_uncertainty there = in_caller_frame(*u, frame);
+    const transform_uncertainty there = in_caller_frame(*u, frame);
     const Eigen::Vector3d p(12, -7, 3);
     const Eigen::Matrix3d rotation = frame.local_from_scan_rotation;
     CHECK((rotation * there.at(frame.to_scan(p)) * rotation.transpose() - u->at(p)).norm() <

@@ -29,7 +29,7 @@ terrain sloped_terrain(double gradient) {
 
 TEST_CASE("the understory holds both of its limits and nothing beyond them") {
   const terrain ground = sloped_terrain(0);
-  const understory_options options{.lowest = 0.25, .highest = 3};
+  const understory_options options{.min_height = 0.25, .max_height = 3};
   const std::vector<Vector3d> scan = {{12, 22, 30.2499}, {12, 22, 30.25}, {12, 22, 31}, {12, 22, 33},
                                       {12, 22, 33.0001}, {12, 22, 29},    {12, 22, 1e9}};
   CHECK(select_understory(scan, ground, options).index == std::vector<point_index>{1, 2, 3});
@@ -139,13 +139,13 @@ TEST_CASE("understory limits that hold no layer are refused by name") {
                                             understory_options{nan, 3}, understory_options{0, nan}})
     CHECK(message_of([&] {
             select_understory(std::vector<Vector3d>{}, terrain{}, options);
-          }).starts_with("understory.lowest"));
+          }).starts_with("understory.min_height"));
 }
 
 TEST_CASE("selecting the understory can be cancelled") {
-  const execution how{.on_progress = [](const progress& p) { return p.stage != "understory"; }};
+  const execution exec{.on_progress = [](const progress& p) { return p.stage != "understory"; }};
   CHECK_THROWS_AS(
-      select_understory(std::vector<Vector3d>(3, Vector3d(12, 22, 31)), sloped_terrain(0), {}, how),
+      select_understory(std::vector<Vector3d>(3, Vector3d(12, 22, 31)), sloped_terrain(0), {}, exec),
       operation_cancelled);
 }
 

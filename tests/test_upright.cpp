@@ -64,11 +64,11 @@ TEST_CASE("fewer than ten stems tell no direction") {
 
 TEST_CASE("stems are askew when they are off by more than chance and wind explain") {
   const Vector3d up = Vector3d::UnitZ();
-  CHECK_FALSE(is_askew({up, 0.1 * degree}, up));
-  CHECK_FALSE(is_askew({tilted(3.9 * degree), 0.1 * degree}, up));
-  CHECK(is_askew({tilted(4.1 * degree), 0.1 * degree}, up));
-  CHECK_FALSE(is_askew({tilted(7.9 * degree), 2 * degree}, up));
-  CHECK(is_askew({tilted(8.1 * degree), 2 * degree}, up));
+  CHECK_FALSE(is_tilted({up, 0.1 * degree}, up));
+  CHECK_FALSE(is_tilted({tilted(3.9 * degree), 0.1 * degree}, up));
+  CHECK(is_tilted({tilted(4.1 * degree), 0.1 * degree}, up));
+  CHECK_FALSE(is_tilted({tilted(7.9 * degree), 2 * degree}, up));
+  CHECK(is_tilted({tilted(8.1 * degree), 2 * degree}, up));
 }
 
 TEST_CASE("the angle between directions is exact for small and for large ones") {

@@ -21,7 +21,7 @@ cloud plane(const Vector3d& u, const Vector3d& v, double step) {
   return points;
 }
 
-std::pair<float, float> least_and_most(const std::vector<local_surface>& surfaces) {
+std::pair<float, float> min_and_max(const std::vector<local_surface>& surfaces) {
   std::pair<float, float> range{1, 0};
   for (const local_surface& s : surfaces) {
     range.first = std::min(range.first, s.verticality());
@@ -62,17 +62,17 @@ local_surface surface_with(float verticality) {
 
 TEST_CASE("the verticality of a floor is 0, of a wall 1, and of a slope 1 - cos(slope)") {
   const auto floor = estimate_surfaces(scenes::as_local(plane(Vector3d::UnitX(), Vector3d::UnitY(), 0.03)));
-  CHECK(least_and_most(floor).second < 1e-5f);
+  CHECK(min_and_max(floor).second < 1e-5f);
   for (const double azimuth : {0.0, 0.4, 2.0}) {
     const Vector3d along(std::cos(azimuth), std::sin(azimuth), 0);
     const auto wall = estimate_surfaces(scenes::as_local(plane(along, Vector3d::UnitZ(), 0.03)));
-    CHECK(least_and_most(wall).first > 1 - 1e-5f);
+    CHECK(min_and_max(wall).first > 1 - 1e-5f);
   }
   const double slope = std::numbers::pi / 6;
   const auto hill = estimate_surfaces(
       scenes::as_local(plane(Vector3d::UnitX(), {0, std::cos(slope), std::sin(slope)}, 0.03)));
-  CHECK(least_and_most(hill).first == Approx(1 - std::cos(slope)).margin(1e-5));
-  CHECK(least_and_most(hill).second == Approx(1 - std::cos(slope)).margin(1e-5));
+  CHECK(min_and_max(hill).first == Approx(1 - std::cos(slope)).margin(1e-5));
+  CHECK(min_and_max(hill).second == Approx(1 - std::cos(slope)).margin(1e-5));
 }
 
 TEST_CASE("the verticality of an upright stem exceeds the threshold all around, and its normals are radial") {
@@ -101,7 +101,7 @@ TEST_CASE("normals are of unit length") {
 TEST_CASE("verticality holds far from the origin of the local frame too") {
   cloud wall = plane(Vector3d::UnitX(), Vector3d::UnitZ(), 0.03125);
   for (Vector3f& p : wall) p += Vector3f(500, -800, 64);
-  CHECK(least_and_most(estimate_surfaces(scenes::as_local(wall))).first > 1 - 1e-5f);
+  CHECK(min_and_max(estimate_surfaces(scenes::as_local(wall))).first > 1 - 1e-5f);
 }
 
 TEST_CASE("a radius that is given is the one used, and holds no more than its ball") {
@@ -111,8 +111,8 @@ TEST_CASE("a radius that is given is the one used, and holds no more than its ba
   // A step between two floors, which a wider ball would see as a slope.
   cloud step = plane(Vector3d::UnitX(), Vector3d::UnitY(), 0.02);
   for (Vector3f& p : step) p.z() = p.x() > 0.19f ? 0.15f : 0.0f;
-  CHECK(least_and_most(estimate_surfaces(scenes::as_local(step), with_radius(0.10))).second < 1e-5f);
-  CHECK(least_and_most(estimate_surfaces(scenes::as_local(step), with_radius(0.20))).second > 0.01f);
+  CHECK(min_and_max(estimate_surfaces(scenes::as_local(step), with_radius(0.10))).second < 1e-5f);
+  CHECK(min_and_max(estimate_surfaces(scenes::as_local(step), with_radius(0.20))).second > 0.01f);
 }
 
 TEST_CASE("without a given radius, sparse points get a normal from wider around, up to the largest radius") {
@@ -126,7 +126,7 @@ TEST_CASE("without a given radius, sparse points get a normal from wider around,
   CHECK(has_normals(0.12, {}));
   CHECK_FALSE(has_normals(0.30, {}));
   verticality_options wider;
-  wider.largest_radius = 1.5;
+  wider.max_radius = 1.5;
   CHECK(has_normals(0.30, wider));
 }
 
@@ -187,9 +187,9 @@ TEST_CASE("surfaces have the same bits for 1, 2 and 8 threads") {
 
 TEST_CASE("estimating surfaces reports its stage and can be cancelled") {
   const local_points points = scenes::as_local(scenes::lattice_cloud(5));
-  const execution how{.threads = 1,
-                      .on_progress = [](const progress& p) { return p.stage != "verticality"; }};
-  CHECK_THROWS_AS(estimate_surfaces(points, {}, how), operation_cancelled);
+  const execution exec{.threads = 1,
+                       .on_progress = [](const progress& p) { return p.stage != "verticality"; }};
+  CHECK_THROWS_AS(estimate_surfaces(points, {}, exec), operation_cancelled);
 }
 
 TEST_CASE("cells have the verticality of the points in the cells within reach, by principal components") {
@@ -275,9 +275,9 @@ TEST_CASE("bad verticality options are refused by name") {
   }
   for (const double bad : {0.0, -0.1, nan}) {
     CHECK(message([&](auto& o) { o.radius = bad; }).starts_with("verticality.radius"));
-    CHECK(message([&](auto& o) { o.largest_radius = bad; }).starts_with("verticality.largest_radius"));
+    CHECK(message([&](auto& o) { o.max_radius = bad; }).starts_with("verticality.max_radius"));
   }
-  CHECK(message([](auto& o) { o.least_neighbors = 2; }).starts_with("verticality.least_neighbors"));
+  CHECK(message([](auto& o) { o.min_neighbors = 2; }).starts_with("verticality.min_neighbors"));
 }
 
 }  // namespace globalmatch

@@ -61,7 +61,7 @@ mapping_options shared_options::for_mapping() const {
   if (normalized) options.ground.filter = ground_filter::normalized;
   options.vertical = vertical == "given"   ? vertical_rule::given
                      : vertical == "stems" ? vertical_rule::stems
-                                           : vertical_rule::stems_if_askew;
+                                           : vertical_rule::stems_if_tilted;
   options.stems.cylinder.seed = seed;
   return options;
 }
@@ -69,7 +69,7 @@ mapping_options shared_options::for_mapping() const {
 matching_options shared_options::for_matching() const {
   matching_options options;
   options.dof = dof == 6 ? degrees_of_freedom::six : degrees_of_freedom::four;
-  options.tolerance = tolerance;
+  options.inlier_threshold = tolerance;
   options.horizontal = horizontal;
   return options;
 }

@@ -143,7 +143,7 @@ std::vector<char> unpack(input_file& file) {
   const std::size_t packed = load<std::uint32_t>(file.read(4), std::endian::little);
   const std::size_t unpacked = load<std::uint32_t>(file.read(4), std::endian::little);
   if (packed > file.remaining()) file.fail_truncated();
-  const auto bytes = unpacked / lzf_greatest_growth > packed
+  const auto bytes = unpacked / lzf_max_growth > packed
                          ? std::nullopt
                          : lzf_decompress({file.read(packed), packed}, unpacked);
   if (!bytes) file.fail("holds damaged compressed data", "Copy or export the scan again");

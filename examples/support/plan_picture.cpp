@@ -18,7 +18,7 @@ namespace globalmatch::support {
 
 namespace {
 
-using plan_points = std::vector<Eigen::Vector2d>;
+using horizontal_points = std::vector<Eigen::Vector2d>;
 using plan_box = Eigen::AlignedBox2d;
 
 // Okabe and Ito's colours: told apart with any colour vision.
@@ -46,7 +46,7 @@ constexpr double line_height = 22;
 struct page_scale {
   double px_per_metre;
   double panel_height;
-  double least_radius;   ///< [px] of a circle
+  double min_radius;     ///< [px] of a circle
   double radius_factor;  ///< stems are drawn this many times too thick, so that their sizes are seen
 };
 
@@ -65,20 +65,20 @@ void require_valid(const plan_picture& picture) {
       throw std::invalid_argument("plan_picture: matches name a stem that does not exist");
 }
 
-plan_points in_plan(std::span<const Eigen::Vector3d> positions,
-                    const Eigen::Isometry3d& motion = Eigen::Isometry3d::Identity()) {
-  plan_points plan;
-  for (const Eigen::Vector3d& p : positions) plan.push_back((motion * p).head<2>());
+horizontal_points horizontal_distances(std::span<const Eigen::Vector3d> positions,
+                                       const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
+  horizontal_points plan;
+  for (const Eigen::Vector3d& p : positions) plan.push_back((transform * p).head<2>());
   return plan;
 }
 
-plan_box box_of(const plan_points& points) {
+plan_box box_of(const horizontal_points& points) {
   plan_box box;
   for (const Eigen::Vector2d& p : points) box.extend(p);
   return box;
 }
 
-plan_points recentred(plan_points points) {
+horizontal_points recentred(horizontal_points points) {
   const plan_box box = box_of(points);
   for (Eigen::Vector2d& p : points) p -= box.center();
   return points;
@@ -101,8 +101,8 @@ double radius_factor(std::vector<double> radii, double px_per_metre, double usua
 }
 
 page_scale scale_for(const plan_box& left, const plan_box& right, const plan_picture& picture) {
-  constexpr double least_extent = 2;  // [m] keeps a map of one stem drawable
-  const Eigen::Vector2d extent = left.sizes().cwiseMax(right.sizes()).cwiseMax(least_extent);
+  constexpr double min_extent = 2;  // [m] keeps a map of one stem drawable
+  const Eigen::Vector2d extent = left.sizes().cwiseMax(right.sizes()).cwiseMax(min_extent);
   const double room = panel_width - 2 * panel_padding;
   const double px_per_metre = room / extent.maxCoeff();
   const double height = std::max(extent.y() * px_per_metre + 2 * panel_padding, 0.5 * panel_width);
@@ -135,13 +135,13 @@ class panel_frame {
   double radius(const plan_picture::map& map, std::size_t stem) const {
     const double radius = map.radii.empty() ? 0 : map.radii[stem];
     const double drawn = radius * scale_.px_per_metre * scale_.radius_factor;
-    return std::clamp(std::isfinite(drawn) ? drawn : 0, scale_.least_radius, 6 * scale_.least_radius);
+    return std::clamp(std::isfinite(drawn) ? drawn : 0, scale_.min_radius, 6 * scale_.min_radius);
   }
 
   // Thinner where the circles are small.
-  double line_width() const { return std::min(1.5, scale_.least_radius); }
-  double edge_width() const { return 0.2 * scale_.least_radius; }
-  double halo_width() const { return std::min(4.0, scale_.least_radius); }
+  double line_width() const { return std::min(1.5, scale_.min_radius); }
+  double edge_width() const { return 0.2 * scale_.min_radius; }
+  double halo_width() const { return std::min(4.0, scale_.min_radius); }
   Eigen::Vector2d middle() const { return middle_; }
 
  private:
@@ -149,7 +149,7 @@ class panel_frame {
   page_scale scale_;
 };
 
-void draw_stems(std::ostream& out, const panel_frame& frame, const plan_points& plan,
+void draw_stems(std::ostream& out, const panel_frame& frame, const horizontal_points& plan,
                 const plan_picture::map& map, const std::vector<bool>& chosen, double share = 1) {
   for (std::size_t i = 0; i < plan.size(); ++i)
     if (chosen[i]) draw_circle(out, frame.place(plan[i]), share * frame.radius(map, i));
@@ -162,7 +162,7 @@ void draw_panel(std::ostream& out, double left, const page_scale& scale, std::st
 }
 
 void draw_as_they_came(std::ostream& out, const plan_picture& picture, const page_scale& scale,
-                       const plan_points& source, const plan_points& target) {
+                       const horizontal_points& source, const horizontal_points& target) {
   draw_panel(out, left_panel, scale, "As they came: each in its own frame, recentred");
   const panel_frame frame(left_panel, scale, Eigen::Vector2d::Zero());
   begin_filled(out, target_colour, frame.edge_width());
@@ -185,7 +185,7 @@ matched_stems matched_in(const plan_picture& picture) {
 }
 
 // The matched stems of one map filled, the others hollow.
-void draw_map(std::ostream& out, const panel_frame& frame, const plan_points& plan,
+void draw_map(std::ostream& out, const panel_frame& frame, const horizontal_points& plan,
               const plan_picture::map& map, std::vector<bool> matched, std::string_view colour,
               double matched_share) {
   begin_filled(out, colour, frame.edge_width());
@@ -198,7 +198,7 @@ void draw_map(std::ostream& out, const panel_frame& frame, const plan_points& pl
 }
 
 void draw_halos(std::ostream& out, const panel_frame& frame, const plan_picture& picture,
-                const plan_points& source, const plan_points& target) {
+                const horizontal_points& source, const horizontal_points& target) {
   begin_filled(out, halo_colour);
   for (const auto& [s, t] : picture.matches) {
     const Eigen::Vector2d from = frame.place(source[s]), to = frame.place(target[t]);
@@ -209,14 +209,15 @@ void draw_halos(std::ostream& out, const panel_frame& frame, const plan_picture&
 }
 
 void draw_match_lines(std::ostream& out, const panel_frame& frame, const plan_picture& picture,
-                      const plan_points& source, const plan_points& target) {
+                      const horizontal_points& source, const horizontal_points& target) {
   begin_hollow(out, ink, frame.line_width());
   for (const auto& [s, t] : picture.matches) draw_line(out, frame.place(source[s]), frame.place(target[t]));
   end_group(out);
 }
 
 void draw_laid_on_target(std::ostream& out, const plan_picture& picture, const page_scale& scale,
-                         const plan_points& source, const plan_points& target, const plan_box& box) {
+                         const horizontal_points& source, const horizontal_points& target,
+                         const plan_box& box) {
   draw_panel(out, right_panel, scale, "After matching: source laid on target");
   const panel_frame frame(right_panel, scale, box.center());
   if (!picture.target_from_source) {
@@ -313,14 +314,14 @@ std::string note_on_sizes(const page_scale& scale, const plan_picture& picture) 
 
 void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture) {
   require_valid(picture);
-  const plan_points target = in_plan(picture.target.positions);
-  const plan_points source = in_plan(picture.source.positions);
-  const plan_points laid_source =
-      in_plan(picture.source.positions, picture.target_from_source.value_or(Eigen::Isometry3d::Identity()));
-  const plan_points left_target = recentred(target), left_source = recentred(source);
+  const horizontal_points target = horizontal_distances(picture.target.positions);
+  const horizontal_points source = horizontal_distances(picture.source.positions);
+  const horizontal_points transformed_source = horizontal_distances(
+      picture.source.positions, picture.target_from_source.value_or(Eigen::Isometry3d::Identity()));
+  const horizontal_points left_target = recentred(target), left_source = recentred(source);
   const plan_box left_box = box_of(left_target).merged(box_of(left_source));
   plan_box right_box = box_of(target);
-  if (picture.target_from_source) right_box.extend(box_of(laid_source));
+  if (picture.target_from_source) right_box.extend(box_of(transformed_source));
 
   const page_scale scale = scale_for(left_box, right_box, picture);
   const std::vector<std::string> caption = wrapped(picture.caption, 150);
@@ -337,7 +338,7 @@ void write_plan_picture(const std::filesystem::path& path, const plan_picture& p
       << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   draw_text(out, margin, 36, picture.title, {.size = 20, .colour = ink, .weight = "bold"});
   draw_as_they_came(out, picture, scale, left_source, left_target);
-  draw_laid_on_target(out, picture, scale, laid_source, target, right_box);
+  draw_laid_on_target(out, picture, scale, transformed_source, target, right_box);
   draw_scale_bar(out, left_panel, bar_y, scale);
   draw_text(out, page_width - margin, bar_y + 5, "x to the right, y up; " + note_on_sizes(scale, picture),
             {.size = 13, .colour = pale_ink, .anchor = "end"});

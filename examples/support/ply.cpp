@@ -112,7 +112,7 @@ class ascii_values {
     while (count-- > 0) next(type);
   }
 
-  static std::uint64_t least_size(const ply_property&) { return 2; }  // a digit and a blank
+  static std::uint64_t min_size(const ply_property&) { return 2; }  // a digit and a blank
 
  private:
   input_file& file_;
@@ -133,7 +133,7 @@ class binary_values {
     file_.skip(count * size_of(type));
   }
 
-  static std::uint64_t least_size(const ply_property& p) { return size_of(p.count_type.value_or(p.type)); }
+  static std::uint64_t min_size(const ply_property& p) { return size_of(p.count_type.value_or(p.type)); }
 
  private:
   input_file& file_;
@@ -178,7 +178,7 @@ void read_records(const input_file& file, Values& values, const ply_element& ele
 template <class Values>
 void require_room(const input_file& file, const ply_element& element) {
   std::uint64_t record = 0;
-  for (const ply_property& property : element.properties) record += Values::least_size(property);
+  for (const ply_property& property : element.properties) record += Values::min_size(property);
   const std::uint64_t room = file.remaining() + 1;  // the last line of a text may lack its end
   if (record > 0 && element.count > room / record) file.fail_truncated();
 }

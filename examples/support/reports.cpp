@@ -19,14 +19,14 @@ namespace globalmatch::support {
 using json = nlohmann::ordered_json;
 
 execution stage_clock::listen(int threads) {
-  execution how;
-  how.threads = threads;
-  how.on_progress = [this](const progress& p) {
+  execution exec;
+  exec.threads = threads;
+  exec.on_progress = [this](const progress& p) {
     enter(p.stage);
     bar_.show(p);
     return true;
   };
-  return how;
+  return exec;
 }
 
 void stage_clock::enter(std::string_view stage) {
@@ -73,8 +73,8 @@ json row_by_row(const Eigen::MatrixXd& matrix) {
   return numbers;
 }
 
-json row_by_row(const Eigen::Isometry3d& motion) {
-  return row_by_row(Eigen::MatrixXd(motion.matrix()));
+json row_by_row(const Eigen::Isometry3d& transform) {
+  return row_by_row(Eigen::MatrixXd(transform.matrix()));
 }
 
 json describe(const ground_funnel& f) {
@@ -86,25 +86,25 @@ json describe(const ground_funnel& f) {
 json describe(const hypothesis& h) {
   return {{"matches", h.correspondences.size()},
           {"rms", h.rms},
-          {"tolerance", h.tolerance},
-          {"log10_false_alarms", h.log10_false_alarms},
-          {"log10_false_alarms_at_random", h.log10_false_alarms_at_random},
-          {"told_by", to_string(h.told_by)},
+          {"inlier_threshold", h.inlier_threshold},
+          {"log10_nfa", h.log10_nfa},
+          {"log10_nfa_poisson", h.log10_nfa_poisson},
+          {"evidence_source", to_string(h.evidence)},
           {"consensus", h.consensus},
           {"target_from_source", row_by_row(h.target_from_source)}};
 }
 
-json describe(const motion_uncertainty& u) {
+json describe(const transform_uncertainty& u) {
   return {{"center", row_by_row(Eigen::MatrixXd(u.center))},
           {"up", row_by_row(Eigen::MatrixXd(u.up))},
           {"covariance", row_by_row(Eigen::MatrixXd(u.covariance))},
           {"expected_error", u.expected_error(u.center)}};
 }
 
-json describe(const lattice& rows) {
-  return {{"spacing", {rows.first.norm(), rows.second.norm()}},
-          {"direction_deg", rows.direction() * 180 / std::numbers::pi},
-          {"angle_deg", rows.angle() * 180 / std::numbers::pi}};
+json describe(const planting_lattice& lattice) {
+  return {{"spacing", {lattice.first.norm(), lattice.second.norm()}},
+          {"direction_deg", lattice.direction() * 180 / std::numbers::pi},
+          {"angle_deg", lattice.angle() * 180 / std::numbers::pi}};
 }
 
 }  // namespace
@@ -116,7 +116,7 @@ json describe(const stem_map& map) {
     return {{"up", row_by_row(Eigen::MatrixXd(map.upright->up))},
             {"sigma_deg", degrees * map.upright->sigma},
             {"off_deg", degrees * angle_between(map.upright->up, map.given_up)},
-            {"askew", is_askew(map)}};
+            {"tilted", is_tilted(map)}};
   };
   return {{"points", map.funnel.ground.points},
           {"stems", map.funnel.stems},
@@ -130,8 +130,8 @@ json describe(const stem_map& map) {
           {"distance_tolerance", map.distance_tolerance}};
 }
 
-void warn_if_askew(const stem_map& map, const std::filesystem::path& scan) {
-  if (is_askew(map)) std::cerr << scan.filename().string() << ": its stems " << how_askew(map) << '\n';
+void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan) {
+  if (is_tilted(map)) std::cerr << scan.filename().string() << ": its stems " << describe_tilt(map) << '\n';
 }
 
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
@@ -144,8 +144,8 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
           {"target_from_source", target_from_source ? row_by_row(*target_from_source) : json(nullptr)},
           {"uncertainty", result.uncertainty ? describe(*result.uncertainty) : json(nullptr)},
           {"hypotheses", std::move(hypotheses)},
-          {"rows", result.rows ? describe(*result.rows) : json(nullptr)},
-          {"tolerance", result.tolerance},
+          {"lattice", result.lattice ? describe(*result.lattice) : json(nullptr)},
+          {"inlier_threshold", result.inlier_threshold},
           {"horizontal", result.horizontal},
           {"funnel", as_json(explain(result.funnel))}};
 }
@@ -208,8 +208,8 @@ std::string summary(const matching& result) {
   if (result.uncertainty)
     line << std::setprecision(2) << ", by the stems alone good to "
          << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
-  if (result.outcome == outcome::registered && result.hypotheses.front().told_by != witness::stems)
-    line << "; " << to_string(result.hypotheses.front().told_by)
+  if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source::stems)
+    line << "; " << to_string(result.hypotheses.front().evidence)
          << " in the rows told it from their other places";
   return line.str();
 }

@@ -51,7 +51,7 @@ class stage_clock {
 nlohmann::ordered_json describe(const stem_map& map);
 
 /// Warns on standard error when the stems of a scan stand askew.
-void warn_if_askew(const stem_map& map, const std::filesystem::path& scan);
+void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan);
 
 /// Outcome, reason, motion, matches and ranked hypotheses.
 nlohmann::ordered_json describe(const matching& result,

@@ -48,10 +48,11 @@ class cell_columns {
 
     /// Number of the cell along an axis; grows with the coordinate, whatever the rounding.
     std::int32_t number(double v, std::size_t axis) const {
-      return static_cast<std::int32_t>(std::min(std::max((v - corner[axis]) * per_meter, 0.0), double(most)));
+      return static_cast<std::int32_t>(
+          std::min(std::max((v - corner[axis]) * per_meter, 0.0), double(max_cell)));
     }
   };
-  static constexpr std::int32_t most = (1 << 21) - 1;  ///< number of the last cell along each axis
+  static constexpr std::int32_t max_cell = (1 << 21) - 1;  ///< number of the last cell along each axis
 
   cell_columns() = default;
   explicit cell_columns(parts p) : parts_(std::move(p)) {}
@@ -86,14 +87,16 @@ class cell_columns {
     return {std::size_t(first - parts_.columns.begin()), std::size_t(last - parts_.columns.begin())};
   }
 
-  /// Calls `visit(begin, end)`, increasing, for the runs of points whose columns lie within `reach` [m] of
-  /// (x, y) in plan, in each coordinate: all points nearer than that, and some others.
+  /// Calls `visit(begin, end)`, increasing, for the runs of points whose columns lie within `search_radius`
+  /// [m] of (x, y) in plan, in each coordinate: all points nearer than that, and some others.
   template <class Visit>
-  void for_each_run_near(double x, double y, double reach, const Visit& visit) const {
-    if (x + reach < parts_.corner[0] || y + reach < parts_.corner[1]) return;
-    const std::int32_t left = parts_.number(x - reach, 0), right = parts_.number(x + reach, 0);
-    const std::int32_t top = std::min(parts_.number(y + reach, 1), static_cast<std::int32_t>(rows()) - 1);
-    for (std::int32_t row = parts_.number(y - reach, 1); row <= top; ++row) {
+  void for_each_run_near(double x, double y, double search_radius, const Visit& visit) const {
+    if (x + search_radius < parts_.corner[0] || y + search_radius < parts_.corner[1]) return;
+    const std::int32_t left = parts_.number(x - search_radius, 0),
+                       right = parts_.number(x + search_radius, 0);
+    const std::int32_t top =
+        std::min(parts_.number(y + search_radius, 1), static_cast<std::int32_t>(rows()) - 1);
+    for (std::int32_t row = parts_.number(y - search_radius, 1); row <= top; ++row) {
       const auto [begin, end] = columns_between(row, left, right);
       if (begin != end) visit(points_begin(cells_begin(begin)), points_begin(cells_begin(end)));
     }
@@ -107,7 +110,7 @@ class cell_columns {
 /// the cells.
 class column_window {
  public:
-  static constexpr std::int32_t widest = 3;  ///< cells that it reaches
+  static constexpr std::int32_t max_half_width = 3;  ///< cells that it reaches
 
   explicit column_window(const cell_columns& cells) : cells_(cells) {}
 
@@ -116,14 +119,14 @@ class column_window {
     const bool along = runs_known_ && center.y == y_ && center.x >= x_;
     x_ = center.x;
     y_ = center.y;
-    for (std::int32_t k = 0; k <= 2 * widest; ++k) {
+    for (std::int32_t k = 0; k <= 2 * max_half_width; ++k) {
       run& r = runs_[std::size_t(k)];
       if (along) {
-        while (r.begin < r.last && cells_.column_at(r.begin).x < x_ - widest) ++r.begin;
-        while (r.end < r.last && cells_.column_at(r.end).x <= x_ + widest) ++r.end;
+        while (r.begin < r.last && cells_.column_at(r.begin).x < x_ - max_half_width) ++r.begin;
+        while (r.end < r.last && cells_.column_at(r.end).x <= x_ + max_half_width) ++r.end;
       } else {
-        const std::int32_t row = y_ + k - widest;
-        const auto [begin, end] = cells_.columns_between(row, x_ - widest, x_ + widest);
+        const std::int32_t row = y_ + k - max_half_width;
+        const auto [begin, end] = cells_.columns_between(row, x_ - max_half_width, x_ + max_half_width);
         const bool exists = row >= 0 && std::size_t(row) < cells_.rows();
         r = {begin, end, exists ? cells_.columns_end(std::size_t(row)) : end};
       }
@@ -131,16 +134,16 @@ class column_window {
     runs_known_ = true;
   }
 
-  /// Calls `visit(column)` for the columns within `reach` cells, along or across, and at least `from` away;
-  /// increasing.
+  /// Calls `visit(column)` for the columns within `search_radius` cells, along or across, and at least `from`
+  /// away; increasing.
   template <class Visit>
-  void for_each_within(std::int32_t reach, std::int32_t from, const Visit& visit) const {
-    for (std::int32_t k = -reach; k <= reach; ++k) {
-      const run& r = runs_[std::size_t(k + widest)];
-      const std::int32_t least = std::abs(k) >= from ? 0 : from;
+  void for_each_within(std::int32_t search_radius, std::int32_t from, const Visit& visit) const {
+    for (std::int32_t k = -search_radius; k <= search_radius; ++k) {
+      const run& r = runs_[std::size_t(k + max_half_width)];
+      const std::int32_t min_half_width = std::abs(k) >= from ? 0 : from;
       for (std::size_t c = r.begin; c < r.end; ++c) {
         const std::int32_t away = std::abs(cells_.column_at(c).x - x_);
-        if (away <= reach && away >= least) visit(c);
+        if (away <= search_radius && away >= min_half_width) visit(c);
       }
     }
   }
@@ -150,7 +153,7 @@ class column_window {
     std::size_t begin = 0, end = 0, last = 0;  // columns of a row, and where the row ends
   };
   const cell_columns& cells_;
-  std::array<run, 2 * widest + 1> runs_ = {};  // of the rows around
+  std::array<run, 2 * max_half_width + 1> runs_ = {};  // of the rows around
   std::int32_t x_ = 0, y_ = 0;
   bool runs_known_ = false;
 };
@@ -198,7 +201,7 @@ class cell_sorter {
     result_.points.frame = frame;
   }
 
-  cell_columns sorted(const execution& how);
+  cell_columns sorted(const execution& exec);
 
  private:
   struct row_cells {
@@ -211,22 +214,22 @@ class cell_sorter {
   };
 
   /// Parts are taken in groups, since what is counted for each row is counted for each of these.
-  static constexpr std::size_t most_groups = 64;
+  static constexpr std::size_t max_groups = 64;
 
   /// Calls `work(group, part)`, in parallel for groups, in their order for parts.
   template <class Work>
-  void for_each_part(const execution& how, const Work& work) {
-    const std::size_t groups = std::min(parts_.size(), most_groups);
+  void for_each_part(const execution& exec, const Work& work) {
+    const std::size_t groups = std::min(parts_.size(), max_groups);
     parallel_for(
-        how, "cells", groups,
+        exec, "cells", groups,
         [&](std::size_t g) {
           for (std::size_t p = g * parts_.size() / groups; p < (g + 1) * parts_.size() / groups; ++p)
             work(g, parts_[p]);
         },
         1);
   }
-  void find_bounds(const execution& how);
-  std::vector<std::uint32_t> sort_into_rows(const execution& how);
+  void find_bounds(const execution& exec);
+  std::vector<std::uint32_t> sort_into_rows(const execution& exec);
   row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
 
   std::vector<local_points> parts_;
@@ -236,7 +239,7 @@ class cell_sorter {
 };
 
 /// Finds the corner of the lowest cells, and how many rows and heights there are.
-inline void cell_sorter::find_bounds(const execution& how) {
+inline void cell_sorter::find_bounds(const execution& exec) {
   struct box {
     Eigen::Array3f lowest = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity());
     Eigen::Array3f highest = -lowest;
@@ -245,8 +248,8 @@ inline void cell_sorter::find_bounds(const execution& how) {
       highest = highest.max(high);
     }
   };
-  std::vector<box> of_group(most_groups);
-  for_each_part(how, [&](std::size_t group, const local_points& points) {
+  std::vector<box> of_group(max_groups);
+  for_each_part(exec, [&](std::size_t group, const local_points& points) {
     for (std::size_t i = 0; i < points.size(); ++i) of_group[group].add(points[i].array(), points[i].array());
   });
   box all;
@@ -259,22 +262,22 @@ inline void cell_sorter::find_bounds(const execution& how) {
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
-inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& how) {
-  std::vector<std::uint32_t> place(most_groups * rows_, 0), first(rows_ + 1, 0);
-  for_each_part(how, [&](std::size_t group, const local_points& points) {
+inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& exec) {
+  std::vector<std::uint32_t> place(max_groups * rows_, 0), first(rows_ + 1, 0);
+  for_each_part(exec, [&](std::size_t group, const local_points& points) {
     std::uint32_t* counts = place.data() + group * rows_;
     for (const float y : points.y) ++counts[result_.number(y, 1)];
   });
   std::uint32_t sum = 0;
   for (std::size_t row = 0; row < rows_; ++row) {
     first[row] = sum;
-    for (std::size_t group = 0; group < most_groups; ++group)
+    for (std::size_t group = 0; group < max_groups; ++group)
       sum += std::exchange(place[group * rows_ + row], sum);
   }
   first[rows_] = sum;
   local_points& moved = result_.points;
   moved.resize(sum);
-  for_each_part(how, [&](std::size_t group, local_points& points) {
+  for_each_part(exec, [&](std::size_t group, local_points& points) {
     std::uint32_t* next = place.data() + group * rows_;
     for (std::size_t i = 0; i < points.size(); ++i) {
       const std::uint32_t to = next[result_.number(points.y[i], 1)]++;
@@ -320,12 +323,12 @@ inline cell_sorter::row_cells cell_sorter::sort_row(std::uint32_t begin, std::ui
   return found;
 }
 
-inline cell_columns cell_sorter::sorted(const execution& how) {
-  find_bounds(how);
-  const std::vector<std::uint32_t> first = sort_into_rows(how);
+inline cell_columns cell_sorter::sorted(const execution& exec) {
+  find_bounds(exec);
+  const std::vector<std::uint32_t> first = sort_into_rows(exec);
   std::vector<row_cells> of_row(rows_);
   parallel_for(
-      how, "cells", rows_,
+      exec, "cells", rows_,
       [&](std::size_t row) {
         of_row[row] = sort_row(first[row], first[row + 1], static_cast<std::int32_t>(row));
       },
@@ -357,11 +360,11 @@ inline namespace GLOBALMATCH_THREADING {
 /// Sorts points into cells of `width` [m]. Cost: linear in the points; parallel. Throws
 /// `std::invalid_argument` when `width` is not positive. Points more than two million cells from the lowest
 /// share the outermost cells.
-inline cell_columns sort_into_cells(local_points points, double width, const execution& how = {}) {
+inline cell_columns sort_into_cells(local_points points, double width, const execution& exec = {}) {
   const local_frame frame = points.frame;
   std::vector<local_points> parts;
   parts.push_back(std::move(points));
-  return detail::cell_sorter(std::move(parts), frame, width).sorted(how);
+  return detail::cell_sorter(std::move(parts), frame, width).sorted(exec);
 }
 
 }  // namespace GLOBALMATCH_THREADING

@@ -21,9 +21,10 @@ struct cloth_options {
   double time_step = 0.65;   ///< ([CSF] dT)
   double gravity = 0.2;      ///< [m] a squared unit of time (ours: [CSF] names no value)
   int max_iterations = 500;  ///< ([CSF])
-  double at_rest = 0.005;    ///< [m] the cloth is at rest when no particle moves further in a step (ours)
-  double slope_step = 0.3;   ///< [m] slope post-processing: a hanging particle drops to its ground where that
-                             ///< lies within this of a resting neighbour's ([CSF] h_cc)
+  double convergence_threshold =
+      0.005;                ///< [m] the cloth is at rest when no particle moves further in a step (ours)
+  double slope_step = 0.3;  ///< [m] slope post-processing: a hanging particle drops to its ground where that
+                            ///< lies within this of a resting neighbour's ([CSF] h_cc)
 };
 
 /// Heights of the cloth over a raster of lowest points.
@@ -64,43 +65,43 @@ inline void fill_from_nearest(std::vector<float>& values, int columns, int rows)
 /// at least one is needed. Seen upside down the ground is what the cloth falls on and the trees hang below
 /// it: particles fall under gravity, stay where they meet the ground, and pull on their neighbours.
 inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
-                            const cloth_options& options = {}, const execution& how = {}) {
+                            const cloth_options& options = {}, const execution& exec = {}) {
   detail::fill_from_nearest(lowest, columns, rows);
   // From here on all heights are upside down.
   for (float& z : lowest) z = -z;
   const std::vector<float>& ground = lowest;
   std::vector<float> height(ground.size(), *std::max_element(ground.begin(), ground.end()));
   std::vector<float> before = height;
-  std::vector<std::uint8_t> resting(ground.size(), 0);
+  std::vector<std::uint8_t> fixed(ground.size(), 0);
   const auto fall = static_cast<float>(options.gravity * options.time_step * options.time_step);
 
   const auto collide = [&](std::size_t i) {
     if (height[i] > ground[i]) return;
     height[i] = ground[i];
-    resting[i] = 1;
+    fixed[i] = 1;
   };
   const auto pull = [&](std::size_t i, std::size_t j) {
     const float difference = height[j] - height[i];
-    if (!resting[i] && !resting[j]) {
+    if (!fixed[i] && !fixed[j]) {
       height[i] += difference / 4;
       height[j] -= difference / 4;
-    } else if (!resting[i]) {
+    } else if (!fixed[i]) {
       height[i] += difference / 2;
-    } else if (!resting[j]) {
+    } else if (!fixed[j]) {
       height[j] -= difference / 2;
     }
   };
 
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    if (iteration % 16 == 0) report_progress(how, "ground", double(iteration) / options.max_iterations);
-    float moved = 0;
+    if (iteration % 16 == 0) report_progress(exec, "ground", double(iteration) / options.max_iterations);
+    float max_displacement = 0;
     for (std::size_t i = 0; i < height.size(); ++i) {
-      if (resting[i]) continue;
+      if (fixed[i]) continue;
       const float now = height[i];
       height[i] += (now - before[i]) - fall;  // Verlet integration, [CSF] Eq. (4)
       before[i] = now;
     }
-    for (int round = 0; round < options.rigidness; ++round)
+    for (int pass = 0; pass < options.rigidness; ++pass)
       for (int r = 0; r < rows; ++r)
         for (int c = 0; c < columns; ++c) {
           const std::size_t i = std::size_t(r) * std::size_t(columns) + std::size_t(c);
@@ -108,22 +109,22 @@ inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
           if (r + 1 < rows) pull(i, i + std::size_t(columns));
         }
     for (std::size_t i = 0; i < height.size(); ++i) {
-      if (resting[i]) continue;
+      if (fixed[i]) continue;
       collide(i);
-      moved = std::max(moved, std::abs(height[i] - before[i]));
+      max_displacement = std::max(max_displacement, std::abs(height[i] - before[i]));
     }
-    if (moved < options.at_rest) break;
+    if (max_displacement < options.convergence_threshold) break;
   }
 
   // Slope post-processing: steep ground holds up the cloth's edge, so contact spreads from resting particles.
   std::vector<std::size_t> contact;
   for (std::size_t i = 0; i < height.size(); ++i)
-    if (resting[i]) contact.push_back(i);
+    if (fixed[i]) contact.push_back(i);
   for (std::size_t k = 0; k < contact.size(); ++k)
     detail::for_each_edge_neighbor(contact[k], columns, rows, [&](std::size_t j) {
-      if (resting[j] || std::abs(ground[j] - ground[contact[k]]) > options.slope_step) return;
+      if (fixed[j] || std::abs(ground[j] - ground[contact[k]]) > options.slope_step) return;
       height[j] = ground[j];
-      resting[j] = 1;
+      fixed[j] = 1;
       contact.push_back(j);
     });
   for (float& z : height) z = -z;

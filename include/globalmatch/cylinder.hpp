@@ -27,9 +27,9 @@
 namespace globalmatch {
 
 struct cylinder_options {
-  double smallest_radius = 0.02;  ///< [m] (ours)
-  double largest_radius = 0.60;   ///< [m] (ours)
-  double largest_lean = 30;       ///< [degrees] between axis and up (ours)
+  double min_radius = 0.02;  ///< [m] (ours)
+  double max_radius = 0.60;  ///< [m] (ours)
+  double max_tilt_deg = 30;  ///< [degrees] between axis and up (ours)
   /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
   /// stems are fitted.
   std::optional<double> distance_tolerance = {};
@@ -38,7 +38,7 @@ struct cylinder_options {
   /// [GM].
   std::optional<double> usual_taper = {};
   double taper_weight = 30;  ///< it is held as firmly as so many points at one metre would hold it (ours)
-  int draws = 300;           ///< at most this many hypotheses (ours)
+  int max_iterations = 300;  ///< at most this many hypotheses (ours)
   std::uint64_t seed = 1;
 };
 
@@ -47,16 +47,15 @@ constexpr double default_distance_tolerance = 0.02;  // [m]
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const cylinder_options& options) {
-  if (!(options.smallest_radius > 0 && options.smallest_radius < options.largest_radius))
-    throw std::invalid_argument(
-        "cylinder.smallest_radius must be positive and less than cylinder.largest_radius");
-  if (!(options.largest_lean >= 0 && options.largest_lean < 90))
-    throw std::invalid_argument("cylinder.largest_lean must lie in [0, 90) degrees");
+  if (!(options.min_radius > 0 && options.min_radius < options.max_radius))
+    throw std::invalid_argument("cylinder.min_radius must be positive and less than cylinder.max_radius");
+  if (!(options.max_tilt_deg >= 0 && options.max_tilt_deg < 90))
+    throw std::invalid_argument("cylinder.max_tilt_deg must lie in [0, 90) degrees");
   if (options.distance_tolerance && !(*options.distance_tolerance > 0))
     throw std::invalid_argument("cylinder.distance_tolerance must be positive");
   if (!(options.taper_weight > 0 && std::isfinite(options.taper_weight)))
     throw std::invalid_argument("cylinder.taper_weight must be positive and finite");
-  if (options.draws < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
+  if (options.max_iterations < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
 }
 
 /// An endless cylinder, slightly tapered as stems are.
@@ -79,8 +78,8 @@ struct cylinder {
 };
 
 inline bool within_limits(const cylinder& c, const cylinder_options& options) {
-  return c.radius >= options.smallest_radius && c.radius <= options.largest_radius &&
-         c.axis.z() >= std::cos(options.largest_lean * std::numbers::pi / 180);
+  return c.radius >= options.min_radius && c.radius <= options.max_radius &&
+         c.axis.z() >= std::cos(options.max_tilt_deg * std::numbers::pi / 180);
 }
 
 namespace detail {
@@ -220,18 +219,18 @@ struct cylinder_equations {
 }  // namespace detail
 
 /// Least squares over the parameters of the cylinder (Gauss-Newton), over the points within `tolerance` [m]
-/// of the surface, chosen anew each round; it begins with points as far as `widest` [m]. `point` comes to lie
-/// beside their middle. Nothing when there are fewer than six, or when it leaves the limits.
+/// of the surface, chosen anew each round; it begins with points as far as `max_distance` [m]. `point` comes
+/// to lie beside their middle. Nothing when there are fewer than six, or when it leaves the limits.
 inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen::Vector3d> points,
                                                double tolerance, const cylinder_options& options,
-                                               double widest = 0) {
-  constexpr int rounds = 10;
+                                               double max_distance = 0) {
+  constexpr int max_iterations = 10;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) middle += p / double(points.size());
   c.point += c.axis * c.axis.dot(middle - c.point);  // the axis turns about this point
-  double reach = std::max(widest, tolerance);
-  for (int round = 0; round < rounds; ++round) {
-    detail::cylinder_equations equations(c, points, reach);
+  double band = std::max(max_distance, tolerance);
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    detail::cylinder_equations equations(c, points, band);
     if (equations.count < 6) return std::nullopt;
     equations.expect_taper(c.taper, options);
     const detail::cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
@@ -240,8 +239,8 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
     c.radius += step(4);
     c.taper += step(5);
     if (!step.allFinite() || !within_limits(c, options)) return std::nullopt;
-    if (reach == tolerance && step.norm() < 1e-5) break;
-    reach = std::max(tolerance, reach / 1.6);
+    if (band == tolerance && step.norm() < 1e-5) break;
+    band = std::max(tolerance, band / 1.6);
   }
   return c;
 }
@@ -288,14 +287,16 @@ inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> poi
   const Eigen::Vector3d common = detail::common_direction(normals);
 
   std::optional<cylinder> best;
-  double least_cost = std::numeric_limits<double>::infinity();
-  for (int draw = 0; draw < options.draws; ++draw) {
+  double best_cost = std::numeric_limits<double>::infinity();
+  for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     const std::uint32_t i = random.below(count), j = random.below(count), k = random.below(count);
     if (i == j || j == k || i == k) continue;
     // Normals of sparse points are rough: their common direction, or up, then serves better than those of two
     // points.
     cylinder c;
-    c.axis = draw % 3 == 0 ? normals[i].cross(normals[j]) : draw % 3 == 1 ? common : Eigen::Vector3d::UnitZ();
+    c.axis = iteration % 3 == 0   ? normals[i].cross(normals[j])
+             : iteration % 3 == 1 ? common
+                                  : Eigen::Vector3d::UnitZ();
     if (c.axis.norm() < 0.3) continue;
     c.axis.normalize();
     if (c.axis.z() < 0) c.axis = -c.axis;
@@ -308,9 +309,9 @@ inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> poi
     c.point = u * circle->x() + v * circle->y() + c.axis * c.axis.dot(points[i]);
     c.radius = circle->z();
     if (!within_limits(c, options)) continue;
-    const double cost = detail::surface_cost(c, points, tolerance, least_cost);
-    if (cost < least_cost) {
-      least_cost = cost;
+    const double cost = detail::surface_cost(c, points, tolerance, best_cost);
+    if (cost < best_cost) {
+      best_cost = cost;
       best = c;
     }
   }

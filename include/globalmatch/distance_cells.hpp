@@ -22,15 +22,15 @@ namespace globalmatch {
 /// Immutable; safe to query from several threads.
 class distance_cells {
  public:
-  /// `tolerance` [m] is that of the queries; distances are those in plan when `horizontal`.
-  distance_cells(const position_set& stems, bool horizontal, double tolerance, const execution& how = {})
-      : size_(stems.size()), tolerance_(tolerance) {
+  /// `epsilon` [m] is that of the queries; distances are those in plan when `horizontal`.
+  distance_cells(const position_set& stems, bool horizontal, double epsilon, const execution& exec = {})
+      : size_(stems.size()), epsilon_(epsilon) {
     // A little wider than the tolerance, so that rounding cannot put alike distances two cells apart.
-    per_meter_ = 1 / std::max(tolerance * (1 + 1e-9), finest);
+    per_meter_ = 1 / std::max(epsilon * (1 + 1e-9), min_cell);
     Eigen::AlignedBox3d box;
     for (const Eigen::Vector3d& p : stems.at) box.extend(p);
     cells_ = 1;
-    if (size_ > 0) cells_ += 1 + std::size_t(std::min(box.diagonal().norm() * per_meter_, most_cells));
+    if (size_ > 0) cells_ += 1 + std::size_t(std::min(box.diagonal().norm() * per_meter_, max_cells));
     first_.assign(size_ * (cells_ + 1), 0);
     entries_.resize(size_ * size_);
     near_.assign(size_ * cells_, 0);
@@ -52,7 +52,7 @@ class distance_cells {
           near_[i * cells_ + c] = static_cast<std::int16_t>(end - begin);
         }
     };
-    parallel_for(how, "global matching", size_, sort_row, 16);
+    parallel_for(exec, "global matching", size_, sort_row, 16);
   }
 
   std::size_t size() const { return size_; }
@@ -69,7 +69,7 @@ class distance_cells {
     const auto [begin, end] = around(i, cell(distance));
     const auto row = entries_.begin() + std::ptrdiff_t(i * size_);
     for (auto e = row + begin; e != row + end; ++e)
-      if (std::abs(distance - e->distance) < tolerance_) visit(e->stem);
+      if (std::abs(distance - e->distance) < epsilon_) visit(e->stem);
   }
 
   /// Whether so many stems can be counted in cells.
@@ -81,8 +81,8 @@ class distance_cells {
   }
 
  private:
-  static constexpr double finest = 1e-6;       // [m] cells; no scan is more precise
-  static constexpr double most_cells = 16000;  // what is further away is in the last
+  static constexpr double min_cell = 1e-6;    // [m] cells; no scan is more precise
+  static constexpr double max_cells = 16000;  // what is further away is in the last
 
   struct entry {
     double distance;  // [m]
@@ -99,7 +99,7 @@ class distance_cells {
   }
 
   std::size_t size_, cells_;
-  double tolerance_, per_meter_;
+  double epsilon_, per_meter_;
   std::vector<std::uint32_t> first_;  // of each stem's cells, in its row
   std::vector<entry> entries_;        // a row for each stem
   std::vector<std::int16_t> near_;

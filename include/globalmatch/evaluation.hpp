@@ -65,7 +65,7 @@ struct map_score {
   std::size_t true_finds = 0;      ///< of these a true stem stands there
   std::size_t required = 0;        ///< true stems that should have been found
   std::size_t required_found = 0;  ///< of these in the map
-  double plan_error = 0;           ///< [m] mean over the true finds
+  double horizontal_error = 0;     ///< [m] mean over the true finds
   double height_error = 0;         ///< [m] mean absolute, over the true finds
 
   double precision() const { return found > 0 ? double(true_finds) / double(found) : 1; }
@@ -123,12 +123,12 @@ map_score score_map(const Found& found, const Truth& truth, double distance, con
   for (const auto& [find, stem] : pair_finds(finds, stems, distance)) {
     const Eigen::Vector3d error = finds[find] - stems[stem];
     ++score.true_finds;
-    score.plan_error += error.head<2>().norm();
+    score.horizontal_error += error.head<2>().norm();
     score.height_error += std::abs(error.z());
     stem_found[stem] = true;
   }
   if (score.true_finds > 0)
-    for (double* mean : {&score.plan_error, &score.height_error}) *mean /= double(score.true_finds);
+    for (double* mean : {&score.horizontal_error, &score.height_error}) *mean /= double(score.true_finds);
   for (std::size_t j = 0; j < stems.size(); ++j) {
     if (!is_required(j)) continue;
     ++score.required;

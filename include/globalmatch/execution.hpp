@@ -42,22 +42,22 @@ struct operation_cancelled : std::runtime_error {
 };
 
 /// Reports progress from the calling thread. Throws `operation_cancelled`.
-inline void report_progress(const execution& how, std::string_view stage, double fraction) {
-  if (how.on_progress && !how.on_progress({stage, fraction})) throw operation_cancelled();
+inline void report_progress(const execution& exec, std::string_view stage, double fraction) {
+  if (exec.on_progress && !exec.on_progress({stage, fraction})) throw operation_cancelled();
 }
 
-/// Throws `std::invalid_argument` when a field of `how` makes no sense.
-inline void require_valid(const execution& how) {
-  if (how.threads < 0) throw std::invalid_argument("execution.threads must be 0 (all) or more");
+/// Throws `std::invalid_argument` when a field of `exec` makes no sense.
+inline void require_valid(const execution& exec) {
+  if (exec.threads < 0) throw std::invalid_argument("execution.threads must be 0 (all) or more");
 }
 
 inline namespace GLOBALMATCH_THREADING {
 
 /// Threads that `parallel_chunks` will use.
-inline int thread_count(const execution& how) {
-  require_valid(how);
+inline int thread_count(const execution& exec) {
+  require_valid(exec);
 #ifdef _OPENMP
-  return how.threads > 0 ? how.threads : omp_get_max_threads();
+  return exec.threads > 0 ? exec.threads : omp_get_max_threads();
 #else
   return 1;
 #endif
@@ -68,10 +68,10 @@ inline int thread_count(const execution& how) {
 /// chunk order is rethrown on the calling thread. Progress is reported, and cancel is heard, from the calling
 /// thread.
 template <class Work>
-void parallel_chunks(const execution& how, std::string_view stage, std::size_t count, std::size_t chunk,
+void parallel_chunks(const execution& exec, std::string_view stage, std::size_t count, std::size_t chunk,
                      const Work& work) {
-  require_valid(how);
-  report_progress(how, stage, 0);
+  require_valid(exec);
+  report_progress(exec, stage, 0);
   const auto chunks = static_cast<std::ptrdiff_t>((count + chunk - 1) / chunk);
   std::vector<std::exception_ptr> errors(static_cast<std::size_t>(chunks));
   std::atomic<std::ptrdiff_t> first_failed = chunks;
@@ -80,7 +80,7 @@ void parallel_chunks(const execution& how, std::string_view stage, std::size_t c
     try {
       const std::size_t begin = static_cast<std::size_t>(c) * chunk;
       work(begin, std::min(count, begin + chunk));
-      if (calling_thread) report_progress(how, stage, double(c + 1) / double(chunks));
+      if (calling_thread) report_progress(exec, stage, double(c + 1) / double(chunks));
     } catch (...) {
       errors[static_cast<std::size_t>(c)] = std::current_exception();
       std::ptrdiff_t first = first_failed;
@@ -88,7 +88,7 @@ void parallel_chunks(const execution& how, std::string_view stage, std::size_t c
     }
   };
 #ifdef _OPENMP
-#pragma omp parallel for schedule(monotonic : dynamic, 1) num_threads(thread_count(how)) if (chunks > 1)
+#pragma omp parallel for schedule(monotonic : dynamic, 1) num_threads(thread_count(exec)) if (chunks > 1)
   for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, omp_get_thread_num() == 0);
 #else
   for (std::ptrdiff_t c = 0; c < chunks; ++c) run(c, true);
@@ -99,9 +99,9 @@ void parallel_chunks(const execution& how, std::string_view stage, std::size_t c
 
 /// `parallel_chunks` with one call `work(i)` for each index.
 template <class Work>
-void parallel_for(const execution& how, std::string_view stage, std::size_t count, const Work& work,
+void parallel_for(const execution& exec, std::string_view stage, std::size_t count, const Work& work,
                   std::size_t chunk = 1024) {
-  parallel_chunks(how, stage, count, chunk, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, stage, count, chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) work(i);
   });
 }

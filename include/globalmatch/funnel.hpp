@@ -10,7 +10,7 @@ namespace globalmatch {
 
 /// One step between the points of a scan and the correspondences.
 struct funnel_step {
-  std::string_view step;  ///< its name, as in the reasons of a verdict
+  std::string_view step;  ///< its name, as in the reasons of a decision
   std::string_view of;    ///< what came in
   std::size_t in = 0;
   std::string_view what;  ///< what went out
@@ -19,10 +19,10 @@ struct funnel_step {
   std::string_view remedy;  ///< what to look at where too little is left
 };
 
-/// The first step that leaves nothing, or else the first that leaves fewer than `least`, as in "ground: 0
+/// The first step that leaves nothing, or else the first that leaves fewer than `minimum`, as in "ground: 0
 /// ground points of 17 raster cells; is `up` the direction away from the ground?"; empty when there is none.
-inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t least) {
-  for (const std::size_t fewer_than : {std::size_t(1), least})
+inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t minimum) {
+  for (const std::size_t fewer_than : {std::size_t(1), minimum})
     for (const funnel_step& s : steps)
       if (s.out < fewer_than)
         return std::string(s.step) + ": " + std::to_string(s.out) + " " + std::string(s.what) + " of " +

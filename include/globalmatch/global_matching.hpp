@@ -28,8 +28,8 @@
 namespace globalmatch {
 
 struct global_matching_options {
-  int most_hypotheses = 10;  ///< distinct ones that are returned (ours)
-  int most_seeds = 200;      ///< consensus sets that are verified for them (ours)
+  int max_hypotheses = 10;  ///< distinct ones that are returned (ours)
+  int max_seeds = 200;      ///< consensus sets that are verified for them (ours)
   /// A consensus set of this many triangle pairs ends the search ([GM] 3.2.3: "a sufficient number", without
   /// a value); 0: the search is exhaustive.
   std::size_t sufficient = 0;
@@ -37,10 +37,10 @@ struct global_matching_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const global_matching_options& options) {
-  if (options.most_hypotheses < 2)
-    throw std::invalid_argument("global_matching.most_hypotheses must be at least 2");
-  if (options.most_seeds < options.most_hypotheses)
-    throw std::invalid_argument("global_matching.most_seeds must be at least most_hypotheses");
+  if (options.max_hypotheses < 2)
+    throw std::invalid_argument("global_matching.max_hypotheses must be at least 2");
+  if (options.max_seeds < options.max_hypotheses)
+    throw std::invalid_argument("global_matching.max_seeds must be at least max_hypotheses");
 }
 
 /// The stem correspondences of a triangle pair.
@@ -58,17 +58,17 @@ using pair_set = std::vector<std::uint64_t>;
 /// of its own. Refers to the maps.
 class consensus_finder {
  public:
-  /// `tolerance` is epsilon [m]. Memory: quadratic in the stems, linear in the pairs.
-  consensus_finder(const map_pair& both, std::span<const triangle_pair> pairs, double tolerance,
-                   const execution& how = {})
-      : maps_(both),
-        tolerance_(tolerance),
-        target_(both.target, both.horizontal, tolerance, how),
+  /// `epsilon` is epsilon [m]. Memory: quadratic in the stems, linear in the pairs.
+  consensus_finder(const matching_context& both, std::span<const triangle_pair> pairs, double epsilon,
+                   const execution& exec = {})
+      : context_(both),
+        epsilon_(epsilon),
+        target_(both.target, both.horizontal, epsilon, exec),
         vertices_(pairs.size()) {
-    number_of_.assign(maps_.source.size() * target_.size(), none);
+    number_of_.assign(context_.source.size() * target_.size(), none);
     for (const triangle_pair& pair : pairs)
       for (const correspondence& c : correspondences_of(pair)) number_of_[place(c)] = 0;
-    for (stem_index s = 0; s < maps_.source.size(); ++s)
+    for (stem_index s = 0; s < context_.source.size(); ++s)
       for (stem_index t = 0; t < target_.size(); ++t)
         if (std::uint32_t& number = number_of_[place({s, t})]; number != none) {
           number = static_cast<std::uint32_t>(correspondences_.size());
@@ -91,8 +91,8 @@ class consensus_finder {
   }
 
   std::size_t size() const { return vertices_.size(); }
-  const map_pair& maps() const { return maps_; }
-  double tolerance() const { return tolerance_; }
+  const matching_context& context() const { return context_; }
+  double epsilon() const { return epsilon_; }
   const distance_cells& target_distances() const { return target_; }
   /// The distinct correspondences of the pairs, increasing. Their places here are their numbers.
   std::span<const correspondence> correspondences() const { return correspondences_; }
@@ -156,8 +156,9 @@ class consensus_finder {
   template <class Visit>
   void for_each_agreeing(std::uint32_t c, const Visit& visit) const {
     const auto [source, target] = correspondences_[c];
-    for (stem_index s = 0; s < maps_.source.size(); ++s) {
-      const double distance = stem_distance(maps_.source.at[source], maps_.source.at[s], maps_.horizontal);
+    for (stem_index s = 0; s < context_.source.size(); ++s) {
+      const double distance =
+          stem_distance(context_.source.at[source], context_.source.at[s], context_.horizontal);
       const auto row = number_of_.begin() + std::ptrdiff_t(place({s, 0}));
       target_.for_each_at(target, distance, [&](stem_index t) {
         if (row[t] != none) visit(row[t]);
@@ -169,8 +170,8 @@ class consensus_finder {
     return std::size_t(c.source) * target_.size() + c.target;
   }
 
-  const map_pair& maps_;
-  double tolerance_;
+  const matching_context& context_;
+  double epsilon_;
   distance_cells target_;
   std::vector<std::array<std::uint32_t, 3>> vertices_;
   std::vector<correspondence> correspondences_;
@@ -210,28 +211,28 @@ inline namespace GLOBALMATCH_THREADING {
 /// only counted, distance by distance, as if each pair of stems were one. Refers to the finder.
 class vote_bounds {
  public:
-  explicit vote_bounds(const consensus_finder& finder, const execution& how = {})
-      : finder_(finder), maps_(finder.maps()) {
+  explicit vote_bounds(const consensus_finder& finder, const execution& exec = {})
+      : finder_(finder), context_(finder.context()) {
     // As many as a motion pairs at most: with few wrong ones those of the largest set.
     const auto votes = finder.votes();
-    const std::size_t most = std::min({votes.size(), maps_.source.size(), maps_.target.size()});
+    const std::size_t maximum = std::min({votes.size(), context_.source.size(), context_.target.size()});
     std::vector<std::uint32_t> order(votes.size());
     std::iota(order.begin(), order.end(), 0u);
-    std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(most), order.end(),
+    std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(maximum), order.end(),
                      [&](std::uint32_t a, std::uint32_t b) { return votes[a] > votes[b]; });
-    few_ = most < votes.size() ? votes[order[most]] : 0;
-    for (const std::uint32_t c : std::span(order).first(most)) {
+    few_ = maximum < votes.size() ? votes[order[maximum]] : 0;
+    for (const std::uint32_t c : std::span(order).first(maximum)) {
       if (votes[c] <= few_) continue;
       popular_.push_back(finder.correspondences()[c]);
       votes_above_few_.push_back(votes[c] - few_);
     }
-    target_distances_.resize(maps_.target.size() * popular_.size());
+    target_distances_.resize(context_.target.size() * popular_.size());
     const auto measure = [&](std::size_t t) {
       double* distance = target_distances_.data() + t * popular_.size();
       for (const correspondence& p : popular_)
-        *distance++ = stem_distance(maps_.target.at[t], maps_.target.at[p.target], maps_.horizontal);
+        *distance++ = stem_distance(context_.target.at[t], context_.target.at[p.target], context_.horizontal);
     };
-    parallel_for(how, "global matching", maps_.target.size(), measure, 64);
+    parallel_for(exec, "global matching", context_.target.size(), measure, 64);
   }
 
   /// Calls `visit(number, bound)` for the numbers of some correspondences, of which those with one source
@@ -239,9 +240,9 @@ class vote_bounds {
   template <class Visit>
   void for_each(std::span<const std::uint32_t> numbers, const Visit& visit) const {
     const distance_cells& cells = finder_.target_distances();
-    const auto& at = maps_.source.at;
-    const double tolerance = finder_.tolerance();
-    if (!distance_cells::countable(std::max(maps_.source.size(), maps_.target.size()))) {
+    const auto& at = context_.source.at;
+    const double epsilon = finder_.epsilon();
+    if (!distance_cells::countable(std::max(context_.source.size(), context_.target.size()))) {
       for (const std::uint32_t number : numbers) visit(number, std::numeric_limits<std::size_t>::max());
       return;
     }
@@ -253,25 +254,26 @@ class vote_bounds {
       if (source != s) {
         source = s;
         counts.assign(cells.cells(), 0);
-        for (const Eigen::Vector3d& p : at) ++counts[cells.cell(stem_distance(at[s], p, maps_.horizontal))];
+        for (const Eigen::Vector3d& p : at)
+          ++counts[cells.cell(stem_distance(at[s], p, context_.horizontal))];
         source_distances.clear();
         for (const correspondence& p : popular_)
-          source_distances.push_back(stem_distance(at[s], at[p.source], maps_.horizontal));
+          source_distances.push_back(stem_distance(at[s], at[p.source], context_.horizontal));
       }
       const double* target_distances = target_distances_.data() + t * popular_.size();
       std::int64_t votes = 0;
       for (std::size_t p = 0; p < popular_.size(); ++p)
-        votes += std::abs(source_distances[p] - target_distances[p]) < tolerance ? votes_above_few_[p] : 0;
+        votes += std::abs(source_distances[p] - target_distances[p]) < epsilon ? votes_above_few_[p] : 0;
       const auto near = cells.counts(t);
-      int alike = 0;
-      for (std::size_t c = 0; c < counts.size(); ++c) alike += counts[c] * near[c];
-      visit(number, 1 + std::size_t(votes + few_ * alike) / 3);
+      int common = 0;
+      for (std::size_t c = 0; c < counts.size(); ++c) common += counts[c] * near[c];
+      visit(number, 1 + std::size_t(votes + few_ * common) / 3);
     }
   }
 
  private:
   const consensus_finder& finder_;
-  const map_pair& maps_;
+  const matching_context& context_;
   std::vector<correspondence> popular_;
   std::vector<std::int64_t> votes_above_few_;  // of the popular ones
   std::int64_t few_ = 0;                       // no other has more votes
@@ -286,13 +288,13 @@ class agreements {
   explicit agreements(const consensus_finder& finder) : finder_(finder) {}
 
   /// Makes ready what is asked for, of no more than `room` correspondences.
-  void prepare(std::span<const std::uint32_t> numbers, const execution& how = {}) {
+  void prepare(std::span<const std::uint32_t> numbers, const execution& exec = {}) {
     if (pairs_with_.size() + numbers.size() > room) pairs_with_.clear();
     std::vector<std::pair<std::uint32_t, pair_set*>> missing;
     for (const std::uint32_t c : numbers)
       if (const auto [entry, is_new] = pairs_with_.try_emplace(c); is_new)
         missing.push_back({c, &entry->second});
-    parallel_chunks(how, "global matching", missing.size(), 8, [&](std::size_t begin, std::size_t end) {
+    parallel_chunks(exec, "global matching", missing.size(), 8, [&](std::size_t begin, std::size_t end) {
       std::vector<std::uint8_t> agrees;
       for (std::size_t k = begin; k < end; ++k)
         *missing[k].second = finder_.agreeing_pairs(missing[k].first, agrees);
@@ -346,11 +348,11 @@ void lower_bounds(const consensus_finder& finder, std::size_t at_least, std::vec
 /// For each pair a number that the consensus set grown from it does not exceed, from votes; once it is less
 /// than `at_least` it is not made any better.
 inline std::vector<std::size_t> consensus_bounds(const consensus_finder& finder, std::size_t at_least,
-                                                 const execution& how = {}) {
-  const vote_bounds by_votes(finder, how);
+                                                 const execution& exec = {}) {
+  const vote_bounds by_votes(finder, exec);
   std::vector<std::size_t> bounds(finder.size(), std::numeric_limits<std::size_t>::max());
   lower_bounds(finder, at_least, bounds, [&](std::span<const std::uint32_t> numbers, auto& bound_of) {
-    parallel_chunks(how, "global matching", numbers.size(), 512, [&](std::size_t begin, std::size_t end) {
+    parallel_chunks(exec, "global matching", numbers.size(), 512, [&](std::size_t begin, std::size_t end) {
       by_votes.for_each(numbers.subspan(begin, end - begin), [&](std::uint32_t c, std::size_t bound) {
         bound_of[c] = bound < at_least ? bound : finder.bound(c);
       });
@@ -362,11 +364,11 @@ inline std::vector<std::size_t> consensus_bounds(const consensus_finder& finder,
 /// Lowers bounds further, by the pairs that agree with each correspondence.
 inline void lower_bounds_by_agreement(const consensus_finder& finder, std::size_t at_least,
                                       std::vector<std::size_t>& bounds, agreements& agreeing,
-                                      const execution& how = {}) {
+                                      const execution& exec = {}) {
   lower_bounds(finder, at_least, bounds, [&](std::span<const std::uint32_t> numbers, auto& bound_of) {
     for (std::size_t begin = 0; begin < numbers.size(); begin += agreements::room) {
       const auto some = numbers.subspan(begin, std::min(agreements::room, numbers.size() - begin));
-      agreeing.prepare(some, how);
+      agreeing.prepare(some, exec);
       for (const std::uint32_t c : some) bound_of[c] = agreeing.bound(c);
     }
   });
@@ -384,14 +386,14 @@ struct seed_consensus {
 
 /// The best of some seeds, all of them looked at. At most a third of `agreements::room`.
 inline seed_consensus best_seed(const consensus_finder& finder, std::span<const std::uint32_t> seeds,
-                                agreements& agreeing, const execution& how = {}) {
+                                agreements& agreeing, const execution& exec = {}) {
   std::vector<std::uint32_t> vertices;
   for (const std::uint32_t u : seeds)
     vertices.insert(vertices.end(), finder.vertices(u).begin(), finder.vertices(u).end());
-  agreeing.prepare(vertices, how);
+  agreeing.prepare(vertices, exec);
   std::vector<std::size_t> sizes(seeds.size());
   parallel_for(
-      how, "global matching", seeds.size(),
+      exec, "global matching", seeds.size(),
       [&](std::size_t k) { sizes[k] = agreeing.consensus_size(seeds[k]); }, 32);
   seed_consensus best{seeds.front(), sizes.front()};
   for (std::size_t k = 1; k < seeds.size(); ++k)
@@ -404,13 +406,13 @@ inline seed_consensus best_seed(const consensus_finder& finder, std::span<const 
 struct consensus_search {
   seed_consensus best;
   std::vector<std::uint32_t> order;
-  std::size_t looked_at = 0;
+  std::size_t visited = 0;
 };
 
 /// The largest consensus set: the one that Algorithm 1 finds, without looking at seeds that cannot win. With
 /// `sufficient` > 0 the search ends when a set of this size is found. At least one pair is needed.
 inline consensus_search largest_consensus(const consensus_finder& finder, std::size_t sufficient = 0,
-                                          const execution& how = {}) {
+                                          const execution& exec = {}) {
   constexpr std::size_t batch = 256;
   agreements agreeing(finder);
   std::vector<std::uint32_t> order(finder.size());
@@ -418,54 +420,55 @@ inline consensus_search largest_consensus(const consensus_finder& finder, std::s
   std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
     return finder.votes_for(a) > finder.votes_for(b);
   });
-  std::size_t looked_at = std::min(batch, order.size());
-  seed_consensus best = best_seed(finder, std::span(order).first(looked_at), agreeing, how);
+  std::size_t visited = std::min(batch, order.size());
+  seed_consensus best = best_seed(finder, std::span(order).first(visited), agreeing, exec);
   const auto done = [&] { return sufficient > 0 && best.size >= sufficient; };
-  if (looked_at == order.size() || done()) return {best, std::move(order), looked_at};
+  if (visited == order.size() || done()) return {best, std::move(order), visited};
 
-  auto bounds = consensus_bounds(finder, best.size, how);
+  auto bounds = consensus_bounds(finder, best.size, exec);
   const auto promises_more = [&](std::uint32_t a, std::uint32_t b) { return bounds[a] > bounds[b]; };
   const auto can_win = [&](std::uint32_t u) { return bounds[u] >= best.size; };
   std::stable_sort(order.begin(), order.end(), promises_more);
   std::vector<std::uint32_t> seeds(order.begin(), std::partition_point(order.begin(), order.end(), can_win));
-  lower_bounds_by_agreement(finder, best.size, bounds, agreeing, how);
+  lower_bounds_by_agreement(finder, best.size, bounds, agreeing, exec);
   std::stable_sort(seeds.begin(), seeds.end(), promises_more);
   for (std::size_t begin = 0; begin < seeds.size() && !done(); begin += batch) {
     const auto next = std::span(seeds).subspan(begin, std::min(batch, seeds.size() - begin));
     const auto end = std::partition_point(next.begin(), next.end(), can_win);
     if (end == next.begin()) break;
-    looked_at += std::size_t(end - next.begin());
-    const seed_consensus other = best_seed(finder, {next.begin(), end}, agreeing, how);
+    visited += std::size_t(end - next.begin());
+    const seed_consensus other = best_seed(finder, {next.begin(), end}, agreeing, exec);
     if (other.beats(best)) best = other;
   }
-  return {best, std::move(order), looked_at};
+  return {best, std::move(order), visited};
 }
 
 /// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
-/// the sets that promise most among the pairs it does not explain. `tolerance` is epsilon [m]. `tested`
+/// the sets that promise most among the pairs it does not explain. `epsilon` is epsilon [m]. `tested`
 /// receives the number of consensus sets that were counted.
-inline std::vector<hypothesis> match_globally(const map_pair& maps, std::span<const triangle_pair> pairs,
-                                              double tolerance, const global_matching_options& options = {},
-                                              const execution& how = {}, std::size_t* tested = nullptr) {
+inline std::vector<hypothesis> match_globally(const matching_context& context,
+                                              std::span<const triangle_pair> pairs, double epsilon,
+                                              const global_matching_options& options = {},
+                                              const execution& exec = {}, std::size_t* tested = nullptr) {
   require_valid(options);
   if (pairs.empty()) return {};
-  const consensus_finder finder(maps, pairs, tolerance, how);
-  const consensus_search search = largest_consensus(finder, options.sufficient, how);
-  if (tested) *tested = search.looked_at;
+  const consensus_finder finder(context, pairs, epsilon, exec);
+  const consensus_search search = largest_consensus(finder, options.sufficient, exec);
+  if (tested) *tested = search.visited;
   std::vector<hypothesis> hypotheses;
   const auto verify_seed = [&](std::size_t seed) {
     const auto consensus = finder.consensus(seed);
-    auto h = verify(maps, vote_correspondences(finder, consensus), tolerance);
+    auto h = verify(context, vote_correspondences(finder, consensus), epsilon);
     if (!h) return;
     h->consensus = consensus.size();
-    add_distinct(std::move(*h), hypotheses, maps);
+    add_distinct(std::move(*h), hypotheses, context);
   };
   verify_seed(search.best.seed);
   int verified = 1;
   for (const std::uint32_t seed : search.order) {
-    if (verified == options.most_seeds || hypotheses.size() == std::size_t(options.most_hypotheses)) break;
+    if (verified == options.max_seeds || hypotheses.size() == std::size_t(options.max_hypotheses)) break;
     const auto explains = [&](const hypothesis& h) {
-      return leads_to(correspondences_of(pairs[seed]), h, maps);
+      return leads_to(correspondences_of(pairs[seed]), h, context);
     };
     if (std::any_of(hypotheses.begin(), hypotheses.end(), explains)) continue;
     verify_seed(seed);

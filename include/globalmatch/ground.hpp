@@ -34,7 +34,7 @@ struct ground_options {
   ground_filter filter = ground_filter::planes;
   cloth_options cloth = {};      ///< its resolution is that of the terrain, whatever the filter
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
-  double steepest_slope = 1.0;   ///< [m/m] what stands out more steeply is no ground (ours)
+  double max_slope = 1.0;        ///< [m/m] what stands out more steeply is no ground (ours)
   double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
   double hole_radius = 1.5;      ///< [m] further than this from all ground points there is no data (ours)
 };
@@ -54,13 +54,14 @@ inline void require_valid(const ground_options& options) {
   require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
   require(options.cloth.time_step > 0 && options.cloth.gravity > 0,
           "ground.cloth.time_step and ground.cloth.gravity must be positive");
-  require(
-      options.cloth.at_rest > 0 &&
-          options.cloth.at_rest < options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
-      "ground.cloth.at_rest must be positive and less than the first fall, gravity * time_step^2");
+  require(options.cloth.convergence_threshold > 0 &&
+              options.cloth.convergence_threshold <
+                  options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
+          "ground.cloth.convergence_threshold must be positive and less than the first fall, gravity * "
+          "time_step^2");
   require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
   require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
-  require(options.steepest_slope > 0, "ground.steepest_slope must be positive");
+  require(options.max_slope > 0, "ground.max_slope must be positive");
   require(options.ground_band > 0, "ground.ground_band must be positive");
   require(options.hole_radius > 0, "ground.hole_radius must be positive");
 }
@@ -112,10 +113,10 @@ struct plane_moments {
     return *this;
   }
 
-  /// The least squares plane about (x0, y0); not known from fewer than `least` points.
-  local_plane fit(double x0, double y0, double least) const {
+  /// The least squares plane about (x0, y0); not known from fewer than `min_points` points.
+  local_plane fit(double x0, double y0, double min_points) const {
     constexpr double ridge = 3e-4;  // [m^2] holds the slope down where points do not spread
-    if (n < least) return {};
+    if (n < min_points) return {};
     const double share = 1 / n, mx = x * share, my = y * share, mz = z * share;
     const double cxx = xx * share - mx * mx + ridge, cyy = yy * share - my * my + ridge;
     const double cxy = xy * share - mx * my, cxz = xz * share - mx * mz, cyz = yz * share - my * mz;
@@ -142,22 +143,22 @@ class plane_pyramid {
  public:
   /// A plane for each of `columns` x `rows` blocks `width` [m] wide, not known when there are no points at
   /// all. `add_row(r, moments)` adds the points of row r to the moments of its blocks; it is called for some
-  /// rows twice, in parallel. Takes the blocks within `reach` around each. Refers to the pyramid.
+  /// rows twice, in parallel. Takes the blocks within `half_width` around each. Refers to the pyramid.
   template <class AddRow>
-  const std::vector<local_plane>& fit(double width, int columns, int rows, int reach, double least,
-                                      const AddRow& add_row, const execution& how) {
+  const std::vector<local_plane>& fit(double width, int columns, int rows, int half_width, double min_points,
+                                      const AddRow& add_row, const execution& exec) {
     std::size_t top = 0;  // the scale of a single block
     for (int blocks = std::max(columns, rows); blocks > 1; blocks = (blocks + 1) / 2) ++top;
     scales_.resize(std::max(scales_.size(), top + 1));
     scales_[0].raster = {width, columns, rows, {}};  // the finest moments are used as they come
-    fit_scale(0, top, reach, least, add_row, how);
+    fit_scale(0, top, half_width, min_points, add_row, exec);
     for (std::size_t s = 1; s <= top; ++s) {
       const moment_raster& raster = scales_[s].raster;
       fit_scale(
-          s, top, reach, least,
-          [&](int r, plane_moments* moments) { std::copy_n(raster.row(r), raster.columns, moments); }, how);
+          s, top, half_width, min_points,
+          [&](int r, plane_moments* moments) { std::copy_n(raster.row(r), raster.columns, moments); }, exec);
     }
-    for (; top > 0; --top) take_over(scales_[top], scales_[top - 1], how);
+    for (; top > 0; --top) take_over(scales_[top], scales_[top - 1], exec);
     return scales_.front().planes;
   }
 
@@ -170,17 +171,17 @@ class plane_pyramid {
 
   /// Fits the planes of a scale, and sums its moments for the next one, of blocks of twice the width.
   template <class AddRow>
-  void fit_scale(std::size_t number, std::size_t top, int reach, double least, const AddRow& add_row,
-                 const execution& how) {
+  void fit_scale(std::size_t number, std::size_t top, int half_width, double min_points,
+                 const AddRow& add_row, const execution& exec) {
     scale& here = scales_[number];
-    const int columns = here.raster.columns, rows = here.raster.rows, near = number < top ? reach : 0;
+    const int columns = here.raster.columns, rows = here.raster.rows, near = number < top ? half_width : 0;
     moment_raster* half = number < top ? &scales_[number + 1].raster : nullptr;
     if (half) {
       half->width = 2 * here.raster.width, half->columns = (columns + 1) / 2, half->rows = (rows + 1) / 2;
       half->blocks.assign(std::size_t(half->columns) * std::size_t(half->rows), {});
     }
     here.planes.resize(std::size_t(columns) * std::size_t(rows));
-    parallel_chunks(how, "ground", std::size_t(rows), rows_a_part, [&](std::size_t begin, std::size_t end) {
+    parallel_chunks(exec, "ground", std::size_t(rows), rows_a_part, [&](std::size_t begin, std::size_t end) {
       // Sums over a square of blocks are kept: what comes in is added, what goes out is taken away.
       moment_raster window{here.raster.width, columns, 2 * near + 1, {}};
       window.blocks.resize(std::size_t(window.columns) * std::size_t(window.rows));
@@ -203,7 +204,7 @@ class plane_pyramid {
       for (int r = std::max(int(begin) - near, 0); r < int(begin) + near; ++r) enter(r);
       for (int r = int(begin); r < int(end); ++r) {
         enter(r + near);
-        fit_row(here, r, of_column, near, number < top ? least : 1);
+        fit_row(here, r, of_column, near, number < top ? min_points : 1);
         leave(r - near);
       }
     });
@@ -211,23 +212,23 @@ class plane_pyramid {
 
   /// `of_column`: sums over the rows near.
   static void fit_row(scale& here, int r, const std::vector<plane_moments>& of_column, int near,
-                      double least) {
+                      double min_points) {
     const moment_raster& raster = here.raster;
     plane_moments around;
     for (int c = 0; c < std::min(near, raster.columns); ++c) around += of_column[std::size_t(c)];
     for (int c = 0; c < raster.columns; ++c) {
       if (c + near < raster.columns) around += of_column[std::size_t(c + near)];
       here.planes[std::size_t(r) * std::size_t(raster.columns) + std::size_t(c)] =
-          around.fit((c + 0.5) * raster.width, (r + 0.5) * raster.width, least);
+          around.fit((c + 0.5) * raster.width, (r + 0.5) * raster.width, min_points);
       if (c >= near) around -= of_column[std::size_t(c - near)];
     }
   }
 
   /// Blocks without a plane take that of the wider block around them.
-  static void take_over(const scale& wide, scale& here, const execution& how) {
+  static void take_over(const scale& wide, scale& here, const execution& exec) {
     const double width = here.raster.width, twice = wide.raster.width;
     parallel_for(
-        how, "ground", std::size_t(here.raster.rows),
+        exec, "ground", std::size_t(here.raster.rows),
         [&](std::size_t row) {
           const int r = int(row);
           local_plane* planes = here.planes.data() + row * std::size_t(here.raster.columns);
@@ -250,17 +251,17 @@ class plane_pyramid {
 /// Height at (x, y) of a plane through points that vegetation may lie above: least squares, repeated without
 /// what stands out upwards. Not known from fewer than three points.
 inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, float y) {
-  constexpr int rounds = 4;
-  constexpr double least_step = 0.03;  // [m] roughness that every forest floor has
+  constexpr int max_iterations = 4;
+  constexpr double min_step = 0.03;  // [m] roughness that every forest floor has
   local_plane plane;
-  for (int round = 0; round < rounds && points.size() >= 3; ++round) {
+  for (int iteration = 0; iteration < max_iterations && points.size() >= 3; ++iteration) {
     plane_moments moments;
     for (const Eigen::Vector3f& p : points) moments.add(p);
     plane = moments.fit(x, y, 3);
     const auto residual = [&](const Eigen::Vector3f& p) { return p.z() - plane.at(p.x() - x, p.y() - y); };
     double squares = 0;
     for (const Eigen::Vector3f& p : points) squares += double(residual(p)) * residual(p);
-    const double limit = std::max(least_step, std::sqrt(squares / double(points.size())));
+    const double limit = std::max(min_step, std::sqrt(squares / double(points.size())));
     if (std::erase_if(points, [&](const Eigen::Vector3f& p) { return residual(p) > limit; }) == 0) break;
   }
   return plane;
@@ -287,8 +288,8 @@ inline namespace GLOBALMATCH_THREADING {
 /// under what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5
 /// blocks without what stands out upwards.
 inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, int columns, int rows,
-                                                  const execution& how = {}) {
-  constexpr int cells_a_block = 4, reach = 2;  // blocks of 1 m
+                                                  const execution& exec = {}) {
+  constexpr int cells_a_block = 4, half_width = 2;  // blocks of 1 m
   const double width = cells_a_block * lowest.resolution;
   const int across = (lowest.columns + cells_a_block - 1) / cells_a_block;
   const int along = (lowest.rows + cells_a_block - 1) / cells_a_block;
@@ -296,7 +297,7 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
   std::vector<Eigen::Vector3f> lowest_of(std::size_t(across) * std::size_t(along),
                                          Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN()));
   parallel_for(
-      how, "ground", std::size_t(along),
+      exec, "ground", std::size_t(along),
       [&](std::size_t row) {
         const int begin = int(row) * cells_a_block, end = std::min(begin + cells_a_block, lowest.rows);
         for (int r = begin; r < end; ++r)
@@ -311,14 +312,14 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
   // A block without a plane of its own takes that of larger blocks.
   std::vector<detail::local_plane> planes(lowest_of.size());
   parallel_for(
-      how, "ground", std::size_t(along),
+      exec, "ground", std::size_t(along),
       [&](std::size_t row) {
         std::vector<Eigen::Vector3f> nearby;
         const int r = int(row);
         for (int c = 0; c < across; ++c) {
           nearby.clear();
-          for (int br = std::max(r - reach, 0); br <= std::min(r + reach, along - 1); ++br)
-            for (int bc = std::max(c - reach, 0); bc <= std::min(c + reach, across - 1); ++bc)
+          for (int br = std::max(r - half_width, 0); br <= std::min(r + half_width, along - 1); ++br)
+            for (int bc = std::max(c - half_width, 0); bc <= std::min(c + half_width, across - 1); ++bc)
               if (const Eigen::Vector3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z()))
                 nearby.push_back(p);
           if (nearby.size() >= 6)
@@ -329,19 +330,19 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
       8);
   detail::plane_pyramid pyramid;
   const auto& wider = pyramid.fit(
-      width, across, along, reach, 6,
+      width, across, along, half_width, 6,
       [&](int r, detail::plane_moments* moments) {
         for (int c = 0; c < across; ++c)
           if (const Eigen::Vector3f& p = lowest_of[block(c, r)]; !std::isnan(p.z())) moments[c].add(p);
       },
-      how);
+      exec);
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (!planes[i].known()) planes[i] = wider[i];
 
   std::vector<float> heights(std::size_t(columns) * std::size_t(rows));
   constexpr int nodes_a_block = cells_a_block / detail::lowest_per_cloth_cell;
   parallel_for(
-      how, "ground", std::size_t(rows),
+      exec, "ground", std::size_t(rows),
       [&](std::size_t row) {
         const int r = int(row);
         for (int c = 0; c < columns; ++c) {
@@ -397,14 +398,14 @@ struct ground_marks {
 
 /// Hands the ground points to the terrain, node by node. False when there are none.
 inline bool collect_ground(const lowest_raster& lowest, const ground_marks& marks, terrain& result,
-                           const execution& how) {
+                           const execution& exec) {
   result.first_ground.reserve(marks.of_node.size() + 1);
   result.first_ground.push_back(0);
   for (const std::uint8_t count : marks.of_node)
     result.first_ground.push_back(result.first_ground.back() + count);
   result.ground.resize(result.first_ground.back());
   parallel_for(
-      how, "ground", std::size_t(result.rows),
+      exec, "ground", std::size_t(result.rows),
       [&](std::size_t row) {
         for (int c = 0; c < result.columns; ++c) {
           std::uint32_t next = result.first_ground[result.node(c, int(row))];
@@ -422,7 +423,7 @@ inline bool collect_ground(const lowest_raster& lowest, const ground_marks& mark
 
 /// Marks the nodes of a terrain that ground lies near, within `hole` nodes.
 inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrain& result,
-                      const execution& how) {
+                      const execution& exec) {
   const auto is_near = [&](int column, int row) {
     if (of_node[result.node(column, row)] > 0) return true;
     for (int r = std::max(row - hole, 0); r <= std::min(row + hole, result.rows - 1); ++r)
@@ -434,7 +435,7 @@ inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrai
   };
   result.has_data.resize(of_node.size());
   parallel_for(
-      how, "ground", std::size_t(result.rows),
+      exec, "ground", std::size_t(result.rows),
       [&](std::size_t row) {
         for (int c = 0; c < result.columns; ++c)
           result.has_data[result.node(c, int(row))] = is_near(c, int(row)) ? 1 : 0;
@@ -451,8 +452,8 @@ inline namespace GLOBALMATCH_THREADING {
 /// through what lies around each node, once more without what stands out upwards; where too little lies
 /// there, through what lies in ever larger blocks.
 inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heights, int columns, int rows,
-                           const ground_options& options, const execution& how = {}) {
-  constexpr double least_points = 5, roughness = 0.08;  // [m] above planes that span 1.5 m
+                           const ground_options& options, const execution& exec = {}) {
+  constexpr double min_points = 5, roughness = 0.08;  // [m] above planes that span 1.5 m
   terrain result;
   result.frame = lowest.frame;
   result.resolution = options.cloth.resolution;
@@ -476,22 +477,22 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
     }
   };
   detail::plane_pyramid pyramid;
-  for (const auto& [above, reach] :
+  for (const auto& [above, half_width] :
        {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
     const auto& planes = pyramid.fit(
-        result.resolution, columns, rows, reach, least_points,
+        result.resolution, columns, rows, half_width, min_points,
         [&, limit = above](int row, detail::plane_moments* moments) {
           for_each_near(row, limit, [&](std::size_t, int c, const Eigen::Vector3f& p) { moments[c].add(p); });
         },
-        how);
-    parallel_for(how, "ground", planes.size(), [&](std::size_t i) {
+        exec);
+    parallel_for(exec, "ground", planes.size(), [&](std::size_t i) {
       if (planes[i].known()) result.heights[i] = planes[i].height;
     });
   }
   detail::ground_marks marks{std::vector<std::uint8_t>(lowest.points.size()),
                              std::vector<std::uint8_t>(result.heights.size())};
   parallel_for(
-      how, "ground", std::size_t(rows),
+      exec, "ground", std::size_t(rows),
       [&](std::size_t row) {
         for_each_near(int(row), roughness, [&](std::size_t i, int c, const Eigen::Vector3f&) {
           marks.is_ground[i] = 1;
@@ -499,8 +500,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
         });
       },
       16);
-  if (!detail::collect_ground(lowest, marks, result, how)) return {};
-  detail::mark_data(marks.of_node, int(options.hole_radius / result.resolution), result, how);
+  if (!detail::collect_ground(lowest, marks, result, exec)) return {};
+  detail::mark_data(marks.of_node, int(options.hole_radius / result.resolution), result, exec);
   return result;
 }
 
@@ -508,28 +509,28 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
 /// point is finite. Throws `std::invalid_argument` naming a bad option, `operation_cancelled` on request.
 template <point_range R>
 ground_model model_ground(const R& scan, const ground_options& options = {},
-                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   require_valid(options);
   ground_model model;
   const double resolution = options.cloth.resolution / detail::lowest_per_cloth_cell;
-  lowest_raster lowest = gather_lowest_points(scan, resolution, up, model.funnel, how);
+  lowest_raster lowest = gather_lowest_points(scan, resolution, up, model.funnel, exec);
   if (lowest.points.empty()) return model;
   if (options.filter == ground_filter::normalized) {
     model.terrain = detail::flat_terrain(lowest, options.cloth.resolution);
     model.funnel.ground_points = model.funnel.cells;  // no ground is looked for
     return model;
   }
-  model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth, how);
-  model.funnel.unreachable = remove_unreachable(lowest, options.steepest_slope, options.ground_band, how);
+  model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth, exec);
+  model.funnel.unreachable = remove_unreachable(lowest, options.max_slope, options.ground_band, exec);
 
   const int columns = lowest.columns / detail::lowest_per_cloth_cell;
   const int rows = lowest.rows / detail::lowest_per_cloth_cell;
   std::vector<float> heights = options.filter == ground_filter::cloth
                                    ? simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns,
-                                                    rows, options.cloth, how)
+                                                    rows, options.cloth, exec)
                                          .heights
-                                   : planes_under_vegetation(lowest, columns, rows, how);
-  model.terrain = fit_terrain(lowest, std::move(heights), columns, rows, options, how);
+                                   : planes_under_vegetation(lowest, columns, rows, exec);
+  model.terrain = fit_terrain(lowest, std::move(heights), columns, rows, options, exec);
   model.funnel.ground_points = model.terrain.ground.size();
   return model;
 }

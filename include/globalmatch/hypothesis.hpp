@@ -36,47 +36,47 @@ struct correspondence {
 };
 
 /// What the false alarms of a hypothesis were judged by.
-enum class witness {
-  stems,    ///< how many of them meet
-  gaps,     ///< of a stand in rows: how many of its gaps meet, which tells more
-  misfits,  ///< of a stand in rows: how well its stems meet, which tells more
-  heights,  ///< how well the heights of stems agree, which tells more: the terrain under both maps
-  radii     ///< how well the radii of stems agree, which tells more
+enum class evidence_source {
+  stems,      ///< how many of them meet
+  gaps,       ///< of a stand in rows: how many of its gaps meet, which tells more
+  residuals,  ///< of a stand in rows: how well its stems meet, which tells more
+  heights,    ///< how well the heights of stems agree, which tells more: the terrain under both maps
+  radii       ///< how well the radii of stems agree, which tells more
 };
 
 /// The witness's name, as in the JSON output.
-inline std::string_view to_string(witness w) {
+inline std::string_view to_string(evidence_source w) {
   switch (w) {
-    case witness::stems:
+    case evidence_source::stems:
       return "stems";
-    case witness::gaps:
+    case evidence_source::gaps:
       return "gaps";
-    case witness::misfits:
-      return "misfits";
-    case witness::heights:
+    case evidence_source::residuals:
+      return "residuals";
+    case evidence_source::heights:
       return "heights";
-    case witness::radii:
+    case evidence_source::radii:
       return "radii";
   }
   return "unknown";
 }
 
 /// What a witness says of a motion.
-struct testimony {
-  double log10_false_alarms = 0;  ///< motions that would do as well by chance
-  witness told_by = witness::stems;
+struct evidence_score {
+  double log10_nfa = 0;  ///< motions that would do as well by chance
+  evidence_source evidence = evidence_source::stems;
 };
 
 /// A motion that may be the right one, and what speaks for it.
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
-  double tolerance = 0;  ///< [m] stems this near each other were paired
+  double inlier_threshold = 0;  ///< [m] stems this near each other were paired
   /// Motions by chance that pair as many stems; see `significance.hpp`. The best one of a matching was judged
   /// before its last pairs, which may lie further from each other, were added.
-  double log10_false_alarms = 0;
-  double log10_false_alarms_at_random = 0;  ///< the same if stems stood at random, and never in rows
-  witness told_by = witness::stems;         ///< what the false alarms are those of
+  double log10_nfa = 0;
+  double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows
+  evidence_source evidence = evidence_source::stems;  ///< what the false alarms are those of
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
@@ -112,7 +112,7 @@ inline std::vector<funnel_step> explain(const matching_funnel& f) {
 /// Less explainable by chance first, then more paired stems, then nearer ones, then larger consensus sets.
 inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
   const auto merit = [](const hypothesis& h) {
-    return std::tuple(-h.log10_false_alarms, h.correspondences.size(), -h.rms, h.consensus);
+    return std::tuple(-h.log10_nfa, h.correspondences.size(), -h.rms, h.consensus);
   };
   return merit(a) > merit(b);
 }
@@ -122,71 +122,76 @@ inline void rank(std::vector<hypothesis>& hypotheses) {
   detail::sort_stably(hypotheses, ranks_before);
 }
 
-/// Ranks hypotheses and forgets all but the `most` best.
-inline void keep_best(std::vector<hypothesis>& hypotheses, std::size_t most) {
+/// Ranks hypotheses and forgets all but the `maximum` best.
+inline void keep_best(std::vector<hypothesis>& hypotheses, std::size_t maximum) {
   rank(hypotheses);
-  if (hypotheses.size() > most) hypotheses.erase(hypotheses.begin() + std::ptrdiff_t(most), hypotheses.end());
+  if (hypotheses.size() > maximum)
+    hypotheses.erase(hypotheses.begin() + std::ptrdiff_t(maximum), hypotheses.end());
 }
 
 /// Two maps about to be matched, with what verification needs over and over. Refers to both.
 ///
 /// Stems meet in space in 6-DoF. In 4-DoF they meet in plan, and their heights, the noisier coordinate ([GM]
 /// 5.4.3), only tell which of them cannot be one stem.
-class map_pair {
+class matching_context {
  public:
-  map_pair(const position_set& from, const position_set& onto, bool ignore_heights,
-           degrees_of_freedom freedom, double height_tolerance = 1)
-      : map_pair(from, onto, std::make_shared<plan_index>(from), std::make_shared<plan_index>(onto),
-                 ignore_heights, freedom, height_tolerance) {}
+  matching_context(const position_set& from, const position_set& onto, bool ignore_heights,
+                   degrees_of_freedom freedom, double height_threshold = 1)
+      : matching_context(from, onto, std::make_shared<position_index>(from),
+                         std::make_shared<position_index>(onto), ignore_heights, freedom, height_threshold) {}
 
   /// `from_index` and `onto_index` are those of `from` and of `onto`.
-  map_pair(const position_set& from, const position_set& onto, std::shared_ptr<const plan_index> from_index,
-           std::shared_ptr<const plan_index> onto_index, bool ignore_heights, degrees_of_freedom freedom,
-           double height_tolerance = 1)
+  matching_context(const position_set& from, const position_set& onto,
+                   std::shared_ptr<const position_index> from_index,
+                   std::shared_ptr<const position_index> onto_index, bool ignore_heights,
+                   degrees_of_freedom freedom, double height_threshold = 1)
       : source(from),
         target(onto),
         horizontal(ignore_heights),
         dof(freedom),
-        vertical_tolerance(height_tolerance),
-        source_plan(std::move(from_index)),
-        target_plan(std::move(onto_index)) {}
+        vertical_threshold(height_threshold),
+        source_index(std::move(from_index)),
+        target_index(std::move(onto_index)) {}
 
   /// The same maps the other way round.
-  map_pair reversed() const {
-    map_pair maps(target, source, target_plan, source_plan, horizontal, dof, vertical_tolerance);
-    maps.on_the_way = on_the_way;
-    return maps;
+  matching_context reversed() const {
+    matching_context context(target, source, target_index, source_index, horizontal, dof, vertical_threshold);
+    context.on_poll = on_poll;
+    return context;
   }
 
   const position_set &source, &target;
   const bool horizontal;  ///< heights tell nothing but that of the motion; in 4-DoF only
   const degrees_of_freedom dof;
-  const double vertical_tolerance;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
-  const std::shared_ptr<const plan_index> source_plan, target_plan;
+  const double vertical_threshold;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
+  const std::shared_ptr<const position_index> source_index, target_index;
   /// Called now and then by what looks at all stems, so that it can be cancelled; may throw, and may be
   /// empty.
-  std::function<void()> on_the_way;
+  std::function<void()> on_poll;
 
   /// Whether distances are those in plan.
-  bool in_plan() const { return dof == degrees_of_freedom::four; }
+  bool horizontal_distances() const { return dof == degrees_of_freedom::four; }
 
   /// Whether heights tell, apart from distances, which stems cannot be one.
-  bool heights_tell() const { return in_plan() && !horizontal; }
+  bool uses_heights() const { return horizontal_distances() && !horizontal; }
   /// Whether the heights allow that a laid source stem is this target stem.
-  bool heights_agree(const Eigen::Vector3d& laid, stem_index t) const {
-    return !heights_tell() || std::abs(laid.z() - target.at[t].z()) < vertical_tolerance;
+  bool heights_agree(const Eigen::Vector3d& transformed, stem_index t) const {
+    return !uses_heights() || std::abs(transformed.z() - target.at[t].z()) < vertical_threshold;
   }
 
-  /// Calls `visit(target stem, distance)` for the target stems nearer than `tolerance` [m] to a position.
+  /// Calls `visit(target stem, distance)` for the target stems nearer than `inlier_threshold` [m] to a
+  /// position.
   template <class Visit>
-  void for_each_met(const Eigen::Vector3d& laid, double tolerance, const Visit& visit) const {
-    target_plan->for_each_within(laid.x(), laid.y(), tolerance, [&](stem_index t, double squared) {
-      if (!in_plan()) {
-        squared = (laid - target.at[t]).squaredNorm();
-        if (squared >= tolerance * tolerance) return;
-      }
-      if (heights_agree(laid, t)) visit(t, std::sqrt(squared));
-    });
+  void for_each_inlier(const Eigen::Vector3d& transformed, double inlier_threshold,
+                       const Visit& visit) const {
+    target_index->for_each_within(transformed.x(), transformed.y(), inlier_threshold,
+                                  [&](stem_index t, double squared) {
+                                    if (!horizontal_distances()) {
+                                      squared = (transformed - target.at[t]).squaredNorm();
+                                      if (squared >= inlier_threshold * inlier_threshold) return;
+                                    }
+                                    if (heights_agree(transformed, t)) visit(t, std::sqrt(squared));
+                                  });
   }
 
   /// Calls `visit(source stem)` for those nearer to `center` than `radius` [m in plan], which may be
@@ -194,27 +199,28 @@ class map_pair {
   template <class Visit>
   void for_each_source_within(const Eigen::Vector3d& center, double radius, const Visit& visit) const {
     if (std::isfinite(radius))
-      source_plan->for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
+      source_index->for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
     else
       for (stem_index s = 0; s < source.size(); ++s) visit(s);
   }
 
-  /// Pairs source stems with the target stems they are laid on, nearest first, one to one, within `tolerance`
-  /// [m]. Only source stems nearer to `center` than `radius` [m in plan] are looked at.
-  std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double tolerance,
+  /// Pairs source stems with the target stems they are laid on, nearest first, one to one, within
+  /// `inlier_threshold` [m]. Only source stems nearer to `center` than `radius` [m in plan] are looked at.
+  std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double inlier_threshold,
                                          const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
                                          double radius = std::numeric_limits<double>::infinity()) const {
     std::vector<std::pair<double, correspondence>> candidates;
-    std::size_t looked_at = 0;
+    std::size_t visited = 0;
     for_each_source_within(center, radius, [&](stem_index s) {
-      say_on_the_way_at(looked_at++);
-      for_each_met(target_from_source * source.at[s], tolerance, [&](stem_index t, double distance) {
-        candidates.push_back({distance, {s, t}});
-      });
+      poll_cancelled_at(visited++);
+      for_each_inlier(target_from_source * source.at[s], inlier_threshold,
+                      [&](stem_index t, double distance) {
+                        candidates.push_back({distance, {s, t}});
+                      });
     });
-    if (looked_at >= often) say_on_the_way();
+    if (visited >= poll_interval) poll_cancelled();
     std::sort(candidates.begin(), candidates.end());
-    if (looked_at >= often) say_on_the_way();
+    if (visited >= poll_interval) poll_cancelled();
     std::vector<bool> source_taken(source.size()), target_taken(target.size());
     std::vector<correspondence> pairs;
     for (const auto& entry : candidates) {
@@ -234,62 +240,64 @@ class map_pair {
     constexpr std::size_t few = 3;  // of the triangles, by the million
     if (pairs.size() <= few) {
       std::array<Eigen::Vector3d, few> from, to;
-      std::array<double, few> rises;
+      std::array<double, few> vertical_offsets;
       const auto used = [&](auto& all) { return std::span(all).first(pairs.size()); };
-      return fit(pairs, weights, used(from), used(to), used(rises));
+      return fit(pairs, weights, used(from), used(to), used(vertical_offsets));
     }
     std::vector<Eigen::Vector3d> from(pairs.size()), to(pairs.size());
-    std::vector<double> rises(pairs.size());
-    return fit(pairs, weights, from, to, rises);
+    std::vector<double> vertical_offsets(pairs.size());
+    return fit(pairs, weights, from, to, vertical_offsets);
   }
 
-  void say_on_the_way() const {
-    if (on_the_way) on_the_way();
+  void poll_cancelled() const {
+    if (on_poll) on_poll();
   }
   /// At the `i`-th of many steps: now and then.
-  void say_on_the_way_at(std::size_t i) const {
-    if (i % often == often - 1) say_on_the_way();
+  void poll_cancelled_at(std::size_t i) const {
+    if (i % poll_interval == poll_interval - 1) poll_cancelled();
   }
 
   /// Distance [m] of two paired stems.
-  double misfit(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
-    return stem_distance(target_from_source * source.at[c.source], target.at[c.target], in_plan());
+  double residual(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
+    return stem_distance(target_from_source * source.at[c.source], target.at[c.target],
+                         horizontal_distances());
   }
 
   /// Root mean square distance [m] of paired stems.
   double rms(const Eigen::Isometry3d& target_from_source, std::span<const correspondence> pairs) const {
     double squares = 0;
-    for (const correspondence& c : pairs) squares += std::pow(misfit(target_from_source, c), 2);
+    for (const correspondence& c : pairs) squares += std::pow(residual(target_from_source, c), 2);
     return pairs.empty() ? 0 : std::sqrt(squares / double(pairs.size()));
   }
 
  private:
-  static constexpr std::size_t often = 16384;  // stems
+  static constexpr std::size_t poll_interval = 16384;  // stems
 
   std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<const double> weights,
                                        std::span<Eigen::Vector3d> from, std::span<Eigen::Vector3d> to,
-                                       std::span<double> rises) const {
+                                       std::span<double> vertical_offsets) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       from[i] = source.at[pairs[i].source];
       to[i] = target.at[pairs[i].target];
-      rises[i] = to[i].z() - from[i].z();
+      vertical_offsets[i] = to[i].z() - from[i].z();
     }
-    auto motion = fit_transform(from, to, dof, weights);
-    if (motion && dof == degrees_of_freedom::four) motion->translation().z() = median(rises);
-    return motion;
+    auto transform = fit_transform(from, to, dof, weights);
+    if (transform && dof == degrees_of_freedom::four) transform->translation().z() = median(vertical_offsets);
+    return transform;
   }
 };
 
-/// Drops the correspondence that fits worst until all lie within `tolerance` [m] of each other.
-inline std::vector<correspondence> drop_misfits(const map_pair& maps, std::span<const correspondence> start,
-                                                double tolerance) {
+/// Drops the correspondence that fits worst until all lie within `inlier_threshold` [m] of each other.
+inline std::vector<correspondence> drop_outliers(const matching_context& context,
+                                                 std::span<const correspondence> start,
+                                                 double inlier_threshold) {
   std::vector<correspondence> pairs(start.begin(), start.end());
-  while (const auto motion = maps.fit(pairs)) {
+  while (const auto transform = context.fit(pairs)) {
     const auto worst =
         std::max_element(pairs.begin(), pairs.end(), [&](const correspondence& a, const correspondence& b) {
-          return maps.misfit(*motion, a) < maps.misfit(*motion, b);
+          return context.residual(*transform, a) < context.residual(*transform, b);
         });
-    if (maps.misfit(*motion, *worst) < tolerance) break;
+    if (context.residual(*transform, *worst) < inlier_threshold) break;
     pairs.erase(worst);
   }
   return pairs;
@@ -307,32 +315,32 @@ inline double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& 
 /// `is_promising(target_from_source, center, radius)`. Nothing when it is not, or when fewer than three pairs
 /// are left.
 template <class IsPromising>
-std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
-                                 double tolerance, const IsPromising& is_promising) {
-  constexpr int rounds = 20, rounds_on_the_way = 3;
-  constexpr double still = 0.01;  // of the tolerance
-  std::vector<correspondence> pairs = drop_misfits(maps, start, tolerance);
+std::optional<hypothesis> verify(const matching_context& context, std::span<const correspondence> start,
+                                 double inlier_threshold, const IsPromising& is_promising) {
+  constexpr int max_iterations = 20, max_interim_iterations = 3;
+  constexpr double relative_convergence_threshold = 0.01;  // of the tolerance
+  std::vector<correspondence> pairs = drop_outliers(context, start, inlier_threshold);
   if (pairs.empty()) return std::nullopt;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
-  for (const correspondence& c : pairs) center += maps.source.at[c.source] / double(pairs.size());
+  for (const correspondence& c : pairs) center += context.source.at[c.source] / double(pairs.size());
   const auto distance = [&](const Eigen::Vector3d& p) { return (p - center).head<2>().norm(); };
   double started = 0, whole = 0;
-  for (const correspondence& c : pairs) started = std::max(started, distance(maps.source.at[c.source]));
-  for (const Eigen::Vector3d& p : maps.source.at) whole = std::max(whole, distance(p));
+  for (const correspondence& c : pairs) started = std::max(started, distance(context.source.at[c.source]));
+  for (const Eigen::Vector3d& p : context.source.at) whole = std::max(whole, distance(p));
 
   hypothesis h;
-  h.tolerance = tolerance;
-  for (double radius = std::max(2 * started, 20 * tolerance);; radius *= 2) {
+  h.inlier_threshold = inlier_threshold;
+  for (double radius = std::max(2 * started, 20 * inlier_threshold);; radius *= 2) {
     const bool last = radius >= whole;
-    for (int round = 0; round < (last ? rounds : rounds_on_the_way); ++round) {
-      const auto motion = maps.fit(pairs);
-      if (!motion) return std::nullopt;
-      const bool stands =
-          displacement(*motion, h.target_from_source, center, std::min(radius, whole)) < still * tolerance;
-      h.target_from_source = *motion;
-      h.correspondences =
-          last ? maps.pair_stems(*motion, tolerance) : maps.pair_stems(*motion, tolerance, center, radius);
-      if (stands || h.correspondences == pairs) break;
+    for (int iteration = 0; iteration < (last ? max_iterations : max_interim_iterations); ++iteration) {
+      const auto transform = context.fit(pairs);
+      if (!transform) return std::nullopt;
+      const bool converged = displacement(*transform, h.target_from_source, center, std::min(radius, whole)) <
+                             relative_convergence_threshold * inlier_threshold;
+      h.target_from_source = *transform;
+      h.correspondences = last ? context.pair_stems(*transform, inlier_threshold)
+                               : context.pair_stems(*transform, inlier_threshold, center, radius);
+      if (converged || h.correspondences == pairs) break;
       pairs = h.correspondences;
     }
     if (last) break;
@@ -341,25 +349,27 @@ std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspon
     pairs = h.correspondences;
   }
   if (h.correspondences.size() < 3) return std::nullopt;
-  h.rms = maps.rms(h.target_from_source, h.correspondences);
+  h.rms = context.rms(h.target_from_source, h.correspondences);
   return h;
 }
 
 /// The same for hypotheses that are promising whatever they look like around the start.
-inline std::optional<hypothesis> verify(const map_pair& maps, std::span<const correspondence> start,
-                                        double tolerance) {
-  return verify(maps, start, tolerance, [](const auto&...) { return true; });
+inline std::optional<hypothesis> verify(const matching_context& context,
+                                        std::span<const correspondence> start, double inlier_threshold) {
+  return verify(context, start, inlier_threshold, [](const auto&...) { return true; });
 }
 
 /// Whether two hypotheses lay the source stems paired by either at places that differ by more than `distance`
 /// [m] on average: they then are rivals and not two views of one motion.
-inline bool differ(const hypothesis& a, const hypothesis& b, const map_pair& maps, double distance) {
+inline bool differ(const hypothesis& a, const hypothesis& b, const matching_context& context,
+                   double distance) {
   double sum = 0;
   std::size_t count = 0;
   for (const hypothesis* h : {&a, &b})
     for (const correspondence& c : h->correspondences) {
-      const Eigen::Vector3d& p = maps.source.at[c.source];
-      sum += stem_distance(a.target_from_source * p, b.target_from_source * p, maps.in_plan());
+      const Eigen::Vector3d& p = context.source.at[c.source];
+      sum +=
+          stem_distance(a.target_from_source * p, b.target_from_source * p, context.horizontal_distances());
       ++count;
     }
   return count == 0 || sum > distance * double(count);
@@ -368,26 +378,28 @@ inline bool differ(const hypothesis& a, const hypothesis& b, const map_pair& map
 /// Whether a triangle's motion would lead to a known hypothesis again: two correspondences fix a motion, so
 /// two shared ones that do not stand together are enough.
 inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypothesis& known,
-                     const map_pair& maps) {
+                     const matching_context& context) {
   constexpr double apart = 2;  // [m] of two stems that fix a motion
   std::array<bool, 3> shared;
   for (std::size_t i = 0; i < 3; ++i)
-    shared[i] =
-        maps.misfit(known.target_from_source, triangle[i]) < 2 * known.tolerance &&
-        maps.heights_agree(known.target_from_source * maps.source.at[triangle[i].source], triangle[i].target);
+    shared[i] = context.residual(known.target_from_source, triangle[i]) < 2 * known.inlier_threshold &&
+                context.heights_agree(known.target_from_source * context.source.at[triangle[i].source],
+                                      triangle[i].target);
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;
     if (shared[i] && shared[j] &&
-        stem_distance(maps.target.at[triangle[i].target], maps.target.at[triangle[j].target], true) > apart)
+        stem_distance(context.target.at[triangle[i].target], context.target.at[triangle[j].target], true) >
+            apart)
       return true;
   }
   return false;
 }
 
 /// Adds a hypothesis to distinct ones; where it is another view of some of them the best of all stays.
-inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses, const map_pair& maps) {
+inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses,
+                         const matching_context& context) {
   const auto is_twin = [&](const hypothesis& other) {
-    return !differ(h, other, maps, 2 * std::max(h.tolerance, other.tolerance));
+    return !differ(h, other, context, 2 * std::max(h.inlier_threshold, other.inlier_threshold));
   };
   std::vector<hypothesis> others;
   others.reserve(hypotheses.size() + 1);

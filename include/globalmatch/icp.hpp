@@ -31,23 +31,23 @@ enum class icp_metric { none, point_to_point, point_to_plane };
 
 struct icp_options {
   icp_metric metric = icp_metric::point_to_plane;  ///< ([GM] 3.3: point to point)
-  double largest_distance = 0.3;                   ///< [m] points further apart are no pair
+  double max_distance = 0.3;                       ///< [m] points further apart are no pair
   double trimming = 3;  ///< pairs further apart than so many times their layer's median are dropped
-  int most_iterations = 50;
-  double still = 1e-4;              ///< [m], [rad] it has converged when a step is smaller
-  std::size_t most_points = 50000;  ///< source samples that are used of a layer, evenly picked
-  int plane_neighbors = 10;         ///< target samples that make a plane
+  int max_iterations = 50;
+  double convergence_threshold = 1e-4;  ///< [m], [rad] it has converged when a step is smaller
+  std::size_t max_points = 50000;       ///< source samples that are used of a layer, evenly picked
+  int plane_neighbors = 10;             ///< target samples that make a plane
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const icp_options& options) {
   if (options.metric < icp_metric::none || options.metric > icp_metric::point_to_plane)
     throw std::invalid_argument("icp.metric must be none, point_to_point or point_to_plane");
-  if (!(options.largest_distance > 0)) throw std::invalid_argument("icp.largest_distance must be positive");
+  if (!(options.max_distance > 0)) throw std::invalid_argument("icp.max_distance must be positive");
   if (!(options.trimming > 0)) throw std::invalid_argument("icp.trimming must be positive");
-  if (options.most_iterations < 1) throw std::invalid_argument("icp.most_iterations must be at least 1");
-  if (!(options.still > 0)) throw std::invalid_argument("icp.still must be positive");
-  if (options.most_points < 6) throw std::invalid_argument("icp.most_points must be at least 6");
+  if (options.max_iterations < 1) throw std::invalid_argument("icp.max_iterations must be at least 1");
+  if (!(options.convergence_threshold > 0)) throw std::invalid_argument("icp.still must be positive");
+  if (options.max_points < 6) throw std::invalid_argument("icp.max_points must be at least 6");
   if (options.plane_neighbors < 3) throw std::invalid_argument("icp.plane_neighbors must be at least 3");
 }
 
@@ -74,9 +74,9 @@ inline namespace GLOBALMATCH_THREADING {
 /// Unit normals of the surface around each target sample.
 inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vector3d>& samples,
                                                    const neighbor_tree<double, 3>& tree, int neighbors,
-                                                   const execution& how) {
+                                                   const execution& exec) {
   std::vector<Eigen::Vector3d> normals(samples.size());
-  parallel_chunks(how, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3d& p = samples[i];
@@ -101,11 +101,11 @@ struct icp_surface {
   neighbor_tree<double, 3> tree;  // of the target
 
   icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options,
-              const execution& how)
+              const execution& exec)
       : target(std::move(layer.target)),
         faces(!layer.target_normals.empty()),
         tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
-    const std::size_t step = (layer.source.size() + options.most_points - 1) / options.most_points;
+    const std::size_t step = (layer.source.size() + options.max_points - 1) / options.max_points;
     for (std::size_t i = 0; i < layer.source.size(); i += step) {
       source.push_back(layer.source[i]);
       if (faces) source_normals.push_back(layer.source_normals[i]);
@@ -113,7 +113,7 @@ struct icp_surface {
     if (faces)
       normals = std::move(layer.target_normals);
     else if (options.metric == icp_metric::point_to_plane)
-      normals = sample_normals(target, tree, options.plane_neighbors, how);
+      normals = sample_normals(target, tree, options.plane_neighbors, exec);
     else
       normals.resize(target.size());
   }
@@ -123,22 +123,22 @@ struct icp_surface {
 
 /// Moved source samples, each with its partner in the target, its normal there, and its weight in the fit.
 struct icp_pairs {
-  std::vector<Eigen::Vector3d> moved, target, normals;
+  std::vector<Eigen::Vector3d> transformed, target, normals;
   std::vector<double> weights;
 
-  double off_plane(std::size_t i) const { return normals[i].dot(moved[i] - target[i]); }
+  double off_plane(std::size_t i) const { return normals[i].dot(transformed[i] - target[i]); }
 };
 
 /// Weights, from one on, by how far pairs lie off their planes: Tukey's, as in `robust_fit.hpp`. What stands
 /// on the ground is nearer to it than samples lie apart, and would lift it.
-inline void weigh_by_planes(icp_pairs& pairs, std::size_t first) {
+inline void weight_by_planes(icp_pairs& pairs, std::size_t first) {
   constexpr double usual = 4.685, deviation_of_median = 1.4826;
   std::vector<double> off;
-  for (std::size_t i = first; i < pairs.moved.size(); ++i) off.push_back(std::abs(pairs.off_plane(i)));
+  for (std::size_t i = first; i < pairs.transformed.size(); ++i) off.push_back(std::abs(pairs.off_plane(i)));
   if (off.empty()) return;
-  const double reach = usual * deviation_of_median * median(off);
-  for (std::size_t i = first; i < pairs.moved.size() && reach > 0; ++i) {
-    const double share = pairs.off_plane(i) / reach;
+  const double limit = usual * deviation_of_median * median(off);
+  for (std::size_t i = first; i < pairs.transformed.size() && limit > 0; ++i) {
+    const double share = pairs.off_plane(i) / limit;
     pairs.weights[i] = std::abs(share) < 1 ? std::pow(1 - share * share, 2) : 0;
   }
 }
@@ -149,9 +149,9 @@ inline std::optional<Eigen::Isometry3d> plane_step(const icp_pairs& pairs, const
                                                    degrees_of_freedom dof) {
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  for (std::size_t i = 0; i < pairs.moved.size(); ++i) {
+  for (std::size_t i = 0; i < pairs.transformed.size(); ++i) {
     Eigen::Matrix<double, 6, 1> row;
-    row << (pairs.moved[i] - center).cross(pairs.normals[i]), pairs.normals[i];
+    row << (pairs.transformed[i] - center).cross(pairs.normals[i]), pairs.normals[i];
     normal += pairs.weights[i] * row * row.transpose();
     right -= pairs.weights[i] * pairs.off_plane(i) * row;
   }
@@ -178,16 +178,16 @@ inline namespace GLOBALMATCH_THREADING {
 /// Appends the pairs of one layer: each moved source point with its nearest target sample, but those too far
 /// apart.
 inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& target_from_source,
-                         const Eigen::Vector3d& origin, const icp_options& options, const execution& how,
+                         const Eigen::Vector3d& origin, const icp_options& options, const execution& exec,
                          icp_pairs& pairs) {
-  const std::size_t first = pairs.moved.size();
-  std::vector<Eigen::Vector3d> laid(surface.source.size());
+  const std::size_t first = pairs.transformed.size();
+  std::vector<Eigen::Vector3d> transformed(surface.source.size());
   std::vector<neighbor<double>> nearest_of(surface.source.size());
-  parallel_chunks(how, "icp", laid.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "icp", transformed.size(), 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
-      laid[i] = target_from_source * surface.source[i] - origin;
-      surface.tree.nearest({laid[i].x(), laid[i].y(), laid[i].z()}, 1, nearest);
+      transformed[i] = target_from_source * surface.source[i] - origin;
+      surface.tree.nearest({transformed[i].x(), transformed[i].y(), transformed[i].z()}, 1, nearest);
       nearest_of[i] = nearest.front();
     }
   });
@@ -197,22 +197,21 @@ inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& ta
                                      .dot(surface.normals[nearest_of[i].index]) > same_way;
   };
   std::vector<double> distances;
-  for (std::size_t i = 0; i < laid.size(); ++i)
-    if (nearest_of[i].squared_distance < options.largest_distance * options.largest_distance &&
-        face_the_same_way(i))
+  for (std::size_t i = 0; i < transformed.size(); ++i)
+    if (nearest_of[i].squared_distance < options.max_distance * options.max_distance && face_the_same_way(i))
       distances.push_back(std::sqrt(nearest_of[i].squared_distance));
   if (distances.empty()) return;
   const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
-  const double limit = std::min(options.largest_distance, options.trimming * *middle);
-  for (std::size_t i = 0; i < laid.size(); ++i) {
+  const double limit = std::min(options.max_distance, options.trimming * *middle);
+  for (std::size_t i = 0; i < transformed.size(); ++i) {
     if (nearest_of[i].squared_distance > limit * limit || !face_the_same_way(i)) continue;
-    pairs.moved.push_back(laid[i]);
+    pairs.transformed.push_back(transformed[i]);
     pairs.target.push_back(surface.target[nearest_of[i].index]);
     pairs.normals.push_back(surface.normals[nearest_of[i].index]);
     pairs.weights.push_back(1);
   }
-  if (options.metric == icp_metric::point_to_plane) weigh_by_planes(pairs, first);
+  if (options.metric == icp_metric::point_to_plane) weight_by_planes(pairs, first);
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -224,7 +223,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// `converged` is false and the motion the last good one. 4-DoF turns about z, so both frames must be level.
 inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isometry3d& coarse,
                                 degrees_of_freedom dof, const icp_options& options = {},
-                                const execution& how = {}) {
+                                const execution& exec = {}) {
   require_valid(options);
   if (!coarse.matrix().allFinite()) throw std::invalid_argument("coarse must be finite");
   icp_result result;
@@ -240,36 +239,36 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   const Eigen::Vector3d origin = layers.front().target.front();  // small numbers keep the digits
   std::vector<detail::icp_surface> surfaces;
   for (icp_layer& layer : layers) {
-    report_progress(how, "icp", 0);
-    surfaces.emplace_back(layer, origin, options, how);
+    report_progress(exec, "icp", 0);
+    surfaces.emplace_back(layer, origin, options, exec);
   }
 
-  while (result.iterations < options.most_iterations && !result.converged) {
+  while (result.iterations < options.max_iterations && !result.converged) {
     detail::icp_pairs pairs;
     for (const detail::icp_surface& surface : surfaces)
-      detail::pair_nearest(surface, result.target_from_source, origin, options, how, pairs);
+      detail::pair_nearest(surface, result.target_from_source, origin, options, exec, pairs);
     const auto count = std::size_t(
         std::count_if(pairs.weights.begin(), pairs.weights.end(), [](double weight) { return weight > 0; }));
     if (count < 6) return result;
     Eigen::Vector3d center = Eigen::Vector3d::Zero();
     double squares = 0, weights = 0;
-    for (std::size_t i = 0; i < pairs.moved.size(); ++i) {
-      center += pairs.moved[i] / double(pairs.moved.size());
+    for (std::size_t i = 0; i < pairs.transformed.size(); ++i) {
+      center += pairs.transformed[i] / double(pairs.transformed.size());
       squares += pairs.weights[i] * (planes ? std::pow(pairs.off_plane(i), 2)
-                                            : (pairs.moved[i] - pairs.target[i]).squaredNorm());
+                                            : (pairs.transformed[i] - pairs.target[i]).squaredNorm());
       weights += pairs.weights[i];
     }
-    const auto motion =
-        planes ? detail::plane_step(pairs, center, dof) : fit_transform(pairs.moved, pairs.target, dof);
-    if (!motion) return result;
+    const auto transform =
+        planes ? detail::plane_step(pairs, center, dof) : fit_transform(pairs.transformed, pairs.target, dof);
+    if (!transform) return result;
     result.target_from_source =
-        Eigen::Translation3d(origin) * *motion * Eigen::Translation3d(-origin) * result.target_from_source;
+        Eigen::Translation3d(origin) * *transform * Eigen::Translation3d(-origin) * result.target_from_source;
     result.pairs = count;
     result.rms = std::sqrt(squares / weights);
     ++result.iterations;
-    const double shift = (*motion * center - center).norm();
-    const double turn = Eigen::AngleAxisd(motion->linear()).angle();
-    result.converged = shift < options.still && turn < options.still;
+    const double shift = (*transform * center - center).norm();
+    const double turn = Eigen::AngleAxisd(transform->linear()).angle();
+    result.converged = shift < options.convergence_threshold && turn < options.convergence_threshold;
   }
   return result;
 }
@@ -277,11 +276,12 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
 /// The same over points of the caller's, as one layer; those that are not finite are skipped.
 template <point_range Source, point_range Target>
 icp_result refine_by_icp(const Source& source, const Target& target, const Eigen::Isometry3d& coarse,
-                         degrees_of_freedom dof, const icp_options& options = {}, const execution& how = {}) {
+                         degrees_of_freedom dof, const icp_options& options = {},
+                         const execution& exec = {}) {
   icp_layer layer;
   for_each_finite(source, [&](const Eigen::Vector3d& p, point_index) { layer.source.push_back(p); });
   for_each_finite(target, [&](const Eigen::Vector3d& p, point_index) { layer.target.push_back(p); });
-  return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, how);
+  return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, exec);
 }
 
 }  // namespace GLOBALMATCH_THREADING

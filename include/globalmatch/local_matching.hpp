@@ -28,13 +28,13 @@ struct triangle_pair {
 };
 
 /// Sum of the differences of corresponding edges [m], or nothing when one of them is not less than
-/// `tolerance`: D_local, [GM] Eq. (4).
+/// `epsilon`: D_local, [GM] Eq. (4).
 inline std::optional<double> local_dissimilarity(const triangle& source, const triangle& target,
-                                                 double tolerance) {
+                                                 double epsilon) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const double difference = std::abs(source.edges[i] - target.edges[i]);
-    if (!(difference < tolerance)) return std::nullopt;
+    if (!(difference < epsilon)) return std::nullopt;
     sum += difference;
   }
   return sum;
@@ -42,31 +42,31 @@ inline std::optional<double> local_dissimilarity(const triangle& source, const t
 
 inline namespace GLOBALMATCH_THREADING {
 
-/// At most one pair for each target triangle, in their order. `tolerance` is epsilon [m]. Source triangles
+/// At most one pair for each target triangle, in their order. `epsilon` is epsilon [m]. Source triangles
 /// are tried in every admissible vertex order; of equally similar ones the first wins.
 inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& source,
-                                                const std::vector<triangle>& target, double tolerance,
-                                                const execution& how = {}) {
-  if (!(tolerance > 0)) throw std::invalid_argument("tolerance must be positive");
+                                                const std::vector<triangle>& target, double epsilon,
+                                                const execution& exec = {}) {
+  if (!(epsilon > 0)) throw std::invalid_argument("tolerance must be positive");
   std::vector<triangle> candidates;
   candidates.reserve(source.size());
   for (const triangle& s : source)
-    for_each_admissible_order(s, tolerance, [&](const triangle& ordered) { candidates.push_back(ordered); });
+    for_each_admissible_order(s, epsilon, [&](const triangle& ordered) { candidates.push_back(ordered); });
   using grid = wrapped_grid<float, 3>;
-  const grid by_edges(candidates.size(), float(tolerance), [&](std::size_t c) {
+  const grid by_edges(candidates.size(), float(epsilon), [&](std::size_t c) {
     return grid::item{edge_point(candidates[c]), static_cast<std::uint32_t>(c)};
   });
 
   std::vector<std::optional<triangle_pair>> best_of(target.size());
-  parallel_for(how, "local matching", target.size(), [&](std::size_t t) {
+  parallel_for(exec, "local matching", target.size(), [&](std::size_t t) {
     // The grid rounds to floats: it may show too many, but hides none.
-    const double rounding = 4 * std::numeric_limits<float>::epsilon() * (target[t].edges[0] + tolerance);
-    auto least = std::pair(std::numeric_limits<double>::infinity(), candidates.size());
-    by_edges.for_each_near(edge_point(target[t]), float(tolerance + rounding), [&](const grid::item& near) {
+    const double rounding = 4 * std::numeric_limits<float>::epsilon() * (target[t].edges[0] + epsilon);
+    auto best = std::pair(std::numeric_limits<double>::infinity(), candidates.size());
+    by_edges.for_each_near(edge_point(target[t]), float(epsilon + rounding), [&](const grid::item& near) {
       const triangle& ordered = candidates[near.label];
-      const auto dissimilarity = local_dissimilarity(ordered, target[t], tolerance);
-      if (!dissimilarity || std::pair(*dissimilarity, std::size_t(near.label)) >= least) return;
-      least = {*dissimilarity, near.label};
+      const auto dissimilarity = local_dissimilarity(ordered, target[t], epsilon);
+      if (!dissimilarity || std::pair(*dissimilarity, std::size_t(near.label)) >= best) return;
+      best = {*dissimilarity, near.label};
       best_of[t] = triangle_pair{ordered.vertices, target[t].vertices, *dissimilarity};
     });
   });

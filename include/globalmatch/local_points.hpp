@@ -34,10 +34,10 @@ struct local_frame {
     return local_from_scan_rotation.transpose() * p + origin;
   }
   Eigen::Isometry3d local_from_scan() const {
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    motion.linear() = local_from_scan_rotation;
-    motion.translation() = -(local_from_scan_rotation * origin);
-    return motion;
+    Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+    transform.linear() = local_from_scan_rotation;
+    transform.translation() = -(local_from_scan_rotation * origin);
+    return transform;
   }
 };
 
@@ -160,7 +160,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// points of the chunk, also for those that are not finite. `prepare(chunks)` is called first with their
 /// number. Throws as `for_each_finite` does.
 template <point_range R, class Prepare, class Read>
-void read_in_chunks(const R& scan, const execution& how, std::string_view stage, const Prepare& prepare,
+void read_in_chunks(const R& scan, const execution& exec, std::string_view stage, const Prepare& prepare,
                     const Read& read) {
   constexpr std::size_t chunk_size = detail::points_a_chunk;
   const auto count = static_cast<std::size_t>(std::ranges::distance(scan));
@@ -172,14 +172,14 @@ void read_in_chunks(const R& scan, const execution& how, std::string_view stage,
   };
   prepare((count + chunk_size - 1) / chunk_size);
   if constexpr (std::ranges::random_access_range<const R>) {
-    parallel_chunks(how, stage, count, chunk_size, [&](std::size_t begin, std::size_t end) {
+    parallel_chunks(exec, stage, count, chunk_size, [&](std::size_t begin, std::size_t end) {
       auto at = std::ranges::begin(scan) + static_cast<std::ranges::range_difference_t<const R>>(begin);
       read(begin / chunk_size, visit_from(at, begin, end));
     });
   } else {
     auto at = std::ranges::begin(scan);
     for (std::size_t begin = 0; begin < count; begin += chunk_size) {
-      report_progress(how, stage, double(begin) / double(count));
+      report_progress(exec, stage, double(begin) / double(count));
       read(begin / chunk_size, visit_from(at, begin, std::min(count, begin + chunk_size)));
     }
   }
@@ -192,14 +192,14 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// Parts of one set of points put together, in their order. Takes them.
 inline local_points join_parts(std::vector<local_points> parts, const local_frame& frame,
-                               std::string_view stage, const execution& how) {
+                               std::string_view stage, const execution& exec) {
   std::vector<std::size_t> first(parts.size() + 1, 0);
   for (std::size_t k = 0; k < parts.size(); ++k) first[k + 1] = first[k] + parts[k].size();
   local_points all;
   all.frame = frame;
   all.resize(first.back());
   parallel_for(
-      how, stage, parts.size(),
+      exec, stage, parts.size(),
       [&](std::size_t k) {
         const auto at = static_cast<std::ptrdiff_t>(first[k]);
         std::copy(parts[k].x.begin(), parts[k].x.end(), all.x.begin() + at);

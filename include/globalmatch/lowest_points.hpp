@@ -174,22 +174,22 @@ inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& til
                                      [](const gathered_tile& t, const auto& key) { return t.key < key; });
     return at != tiles.end() && at->key == k ? std::size_t(at - tiles.begin()) : tiles.size();
   };
-  std::vector<bool> seen(tiles.size() + 1, false);
-  seen.back() = true;  // no tile
+  std::vector<bool> visited(tiles.size() + 1, false);
+  visited.back() = true;  // no tile
   std::vector<std::size_t> best;
   std::size_t best_count = 0;
   for (std::size_t first = 0; first < tiles.size(); ++first) {
-    if (seen[first]) continue;
+    if (visited[first]) continue;
     std::vector<std::size_t> group{first};
-    seen[first] = true;
+    visited[first] = true;
     std::size_t count = 0;
     for (std::size_t i = 0; i < group.size(); ++i) {
       const auto [row, column] = tiles[group[i]].key;
       count += tiles[group[i]].occupied;
       for (int dr = -1; dr <= 1; ++dr)
         for (int dc = -1; dc <= 1; ++dc)
-          if (const std::size_t next = find({row + dr, column + dc}); !seen[next]) {
-            seen[next] = true;
+          if (const std::size_t next = find({row + dr, column + dc}); !visited[next]) {
+            visited[next] = true;
             group.push_back(next);
           }
     }
@@ -213,14 +213,14 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// Puts together what threads found, in the tiles of one of them; by key.
 inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
-                                              const execution& how) {
+                                              const execution& exec) {
   std::map<tiled_minima::key, std::vector<tiled_minima::tile*>> parts;
   for (const auto& raster : rasters)
     for (const auto& [key, tile] : raster->tiles()) parts[key].push_back(tile.get());
   std::vector<gathered_tile> tiles;
   for (const auto& part : parts) tiles.push_back({part.first, part.second.front()});
   parallel_for(
-      how, "ground", tiles.size(),
+      exec, "ground", tiles.size(),
       [&](std::size_t i) {
         gathered_tile& gathered = tiles[i];
         const auto& of_threads = parts.at(gathered.key);
@@ -244,7 +244,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// if no point is finite. Cost: linear; parallel where the range gives random access.
 template <point_range R>
 lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen::Vector3d& up,
-                                   ground_funnel& funnel, const execution& how = {}) {
+                                   ground_funnel& funnel, const execution& exec = {}) {
   using detail::tiled_minima;
   lowest_raster raster;
   raster.frame.local_from_scan_rotation = levelling_rotation(up);
@@ -256,7 +256,7 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   std::vector<std::unique_ptr<tiled_minima>> idle;
   std::mutex door;
   read_in_chunks(
-      scan, how, "ground", [](std::size_t) {},
+      scan, exec, "ground", [](std::size_t) {},
       [&](std::size_t, const auto& visit_points) {
         std::unique_ptr<tiled_minima> minima;
         {
@@ -284,7 +284,7 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
         idle.push_back(std::move(minima));
       });
 
-  const auto tiles = detail::merge_tiles(idle, how);
+  const auto tiles = detail::merge_tiles(idle, exec);
   const auto group = detail::main_group(tiles);
   for (const auto& t : tiles) funnel.cells += t.occupied;
   funnel.cells_apart = funnel.cells;
@@ -310,10 +310,10 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   raster.rows = int(high.first - low.first + 1) * tiled_minima::tile_cells;
   raster.points.resize(std::size_t(raster.columns) * std::size_t(raster.rows));
   parallel_for(
-      how, "ground", raster.points.size(),
+      exec, "ground", raster.points.size(),
       [&](std::size_t i) { raster.points[i].setConstant(std::numeric_limits<float>::quiet_NaN()); }, 1 << 14);
   parallel_for(
-      how, "ground", group.size(),
+      exec, "ground", group.size(),
       [&](std::size_t g) {
         const auto& [k, tile] = std::tie(tiles[group[g]].key, *tiles[group[g]].minima);
         const Eigen::Vector3d tile_corner(double(k.second - low.second) * tile_size,
@@ -335,22 +335,22 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
 
 namespace detail {
 
-/// Whether at least `least` points within two cells of a cell, itself not counted, are such that
+/// Whether at least `minimum` points within two cells of a cell, itself not counted, are such that
 /// `counts(height)`.
 template <class Counts>
-bool are_around(const lowest_raster& raster, int column, int row, int least, const Counts& counts) {
+bool are_around(const lowest_raster& raster, int column, int row, int minimum, const Counts& counts) {
   const int left = std::max(column - 2, 0), right = std::min(column + 2, raster.columns - 1);
   const int top = std::min(row + 2, raster.rows - 1);
   for (int r = std::max(row - 2, 0); r <= top; ++r)
     for (int c = left; c <= right; ++c) {
       const float z = raster.points[raster.cell(c, r)].z();
-      if ((c != column || r != row) && !std::isnan(z) && counts(z) && --least == 0) return true;
+      if ((c != column || r != row) && !std::isnan(z) && counts(z) && --minimum == 0) return true;
     }
   return false;
 }
 
 /// With fewer points around it nobody can tell whether a point is an outlier.
-constexpr int least_around = 4;
+constexpr int min_around = 4;
 
 }  // namespace detail
 
@@ -359,10 +359,10 @@ inline namespace GLOBALMATCH_THREADING {
 /// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
 /// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
 /// many.
-inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, const execution& how = {}) {
+inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, const execution& exec = {}) {
   std::vector<std::vector<std::size_t>> outliers(static_cast<std::size_t>(raster.rows));
   parallel_for(
-      how, "ground", outliers.size(),
+      exec, "ground", outliers.size(),
       [&](std::size_t row) {
         const int r = int(row);
         for (int c = 0; c < raster.columns; ++c) {
@@ -371,7 +371,7 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, cons
           const auto any = [](float) { return true; };
           const auto near = [&](float other) { return other < z + depth; };
           if (!detail::are_around(raster, c, r, 2, near) &&
-              detail::are_around(raster, c, r, detail::least_around, any))
+              detail::are_around(raster, c, r, detail::min_around, any))
             outliers[row].push_back(raster.cell(c, r));
         }
       },
@@ -392,30 +392,30 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
 /// where no point proves ground. A border of one cell lies around.
-class ground_reach {
+class ground_ceiling {
  public:
-  ground_reach(const lowest_raster& raster, double slope, const execution& how)
+  ground_ceiling(const lowest_raster& raster, double slope, const execution& exec)
       : columns_(raster.columns),
         straight_(float(slope * raster.resolution)),
         heights_(std::size_t(raster.columns + 2) * std::size_t(raster.rows + 2), unbounded) {
     const auto any = [](float) { return true; };
     parallel_for(
-        how, "ground", std::size_t(raster.rows),
+        exec, "ground", std::size_t(raster.rows),
         [&](std::size_t of) {
           const int r = int(of);
           for (int c = 0; c < columns_; ++c)
-            if (raster.holds(c, r) && are_around(raster, c, r, least_around, any))
+            if (raster.holds(c, r) && are_around(raster, c, r, min_around, any))
               row(r)[c] = raster.points[raster.cell(c, r)].z();
         },
         16);
     for (int r = 0; r < raster.rows; ++r) {
       float* here = row(r);
-      rise_from(row(r - 1), here);
+      climb_from(row(r - 1), here);
       for (int c = 0; c < columns_; ++c) here[c] = std::min(here[c], here[c - 1] + straight_);
     }
     for (int r = raster.rows - 1; r >= 0; --r) {
       float* here = row(r);
-      rise_from(row(r + 1), here);
+      climb_from(row(r + 1), here);
       for (int c = columns_ - 1; c >= 0; --c) here[c] = std::min(here[c], here[c + 1] + straight_);
     }
   }
@@ -429,7 +429,7 @@ class ground_reach {
   static constexpr float unbounded = std::numeric_limits<float>::infinity();
 
   float* row(int r) { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
-  void rise_from(const float* next, float* here) const {
+  void climb_from(const float* next, float* here) const {
     const float diagonal = float(std::sqrt(2.0)) * straight_;
     for (int c = 0; c < columns_; ++c)
       here[c] =
@@ -451,12 +451,12 @@ inline namespace GLOBALMATCH_THREADING {
 /// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
 /// ground. Returns how many. Cost: linear in the cells.
 inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step,
-                                      const execution& how = {}) {
-  const detail::ground_reach reach(raster, slope, how);
+                                      const execution& exec = {}) {
+  const detail::ground_ceiling ceiling(raster, slope, exec);
   std::size_t removed = 0;
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c)
-      if (float& z = raster.points[raster.cell(c, r)].z(); z > reach.row(r)[c] + float(step)) {
+      if (float& z = raster.points[raster.cell(c, r)].z(); z > ceiling.row(r)[c] + float(step)) {
         z = std::numeric_limits<float>::quiet_NaN();
         ++removed;
       }

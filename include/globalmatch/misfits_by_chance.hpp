@@ -1,5 +1,5 @@
 // Misfits by chance: what paired stems miss each other by, in place, height or radius, when they are not one
-// stem. In: misfits under many motions, hardly any of which is right. Out: how improbable it is that pairs
+// stem. In: residuals under many motions, hardly any of which is right. Out: how improbable it is that pairs
 // fit as well as they do.
 #pragma once
 
@@ -13,26 +13,26 @@
 
 namespace globalmatch {
 
-/// What chance makes of misfits, whatever they are like.
-class misfits_by_chance {
+/// What chance makes of residuals, whatever they are like.
+class residual_null_model {
  public:
-  misfits_by_chance() = default;
+  residual_null_model() = default;
 
-  /// Learns from the misfits under each of several motions. Cost: linear in them.
-  explicit misfits_by_chance(std::span<const std::vector<float>> of_motions) {
-    constexpr std::size_t enough = 4096;  // misfits that tell how others compare
+  /// Learns from the residuals under each of several motions. Cost: linear in them.
+  explicit residual_null_model(std::span<const std::vector<float>> of_transforms) {
+    constexpr std::size_t enough = 4096;  // residuals that tell how others compare
     std::size_t all = 0, passed = 0;
-    for (const auto& misfits : of_motions) all += misfits.size();
+    for (const auto& residuals : of_transforms) all += residuals.size();
     const std::size_t step = (all + enough - 1) / enough;
-    for (const auto& misfits : of_motions)
-      for (const float misfit : misfits)
-        if (passed++ % step == 0) known_.push_back(misfit);
+    for (const auto& residuals : of_transforms)
+      for (const float residual : residuals)
+        if (passed++ % step == 0) known_.push_back(residual);
     std::sort(known_.begin(), known_.end());
     std::vector<double> factors, shares;
-    for (const auto& misfits : of_motions) {
-      if (misfits.size() < least_pairs) continue;
-      const double pairs = double(misfits.size());
-      const double variance = std::pow(surprise_of(misfits) - pairs, 2) / median_of_chi_squared;
+    for (const auto& residuals : of_transforms) {
+      if (residuals.size() < min_pairs) continue;
+      const double pairs = double(residuals.size());
+      const double variance = std::pow(surprisal_of(residuals) - pairs, 2) / median_of_chi_squared;
       factors.push_back(variance / pairs);
       shares.push_back((variance - pairs) / (pairs * pairs));
     }
@@ -44,31 +44,31 @@ class misfits_by_chance {
   /// Whether there was something to learn from.
   bool is_known() const { return factor_ > 0; }
 
-  /// Natural logarithm of the probability that by chance pairs fit as well. The misfit of a pair is worth the
-  /// logarithm of the share of all misfits that are larger; the sum over the pairs is gamma distributed
-  /// whatever the misfits are like, and wider by as much as the sums of the known motions are, where stems
+  /// Natural logarithm of the probability that by chance pairs fit as well. The residual of a pair is worth
+  /// the logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
+  /// whatever the residuals are like, and wider by as much as the sums of the known motions are, where stems
   /// near each other fit or miss together. `fitted` pairs' worth of scatter was taken away by a fit to these
   /// pairs. 0 for fewer than a dozen pairs.
-  double log_probability(std::span<const float> misfits, double fitted) const {
-    const double pairs = double(misfits.size());
-    if (!is_known() || misfits.size() < least_pairs) return 0;
+  double log_probability(std::span<const float> residuals, double fitted) const {
+    const double pairs = double(residuals.size());
+    if (!is_known() || residuals.size() < min_pairs) return 0;
     const double wider = std::max(factor_, 1 + share_ * pairs);
-    return log_gamma_tail(surprise_of(misfits) / wider, (pairs - fitted) / wider);
+    return log_gamma_tail(surprisal_of(residuals) / wider, (pairs - fitted) / wider);
   }
 
-  static constexpr std::size_t least_pairs = 12;
+  static constexpr std::size_t min_pairs = 12;
 
  private:
   static constexpr double median_of_chi_squared = 0.455;  // of one degree of freedom
 
-  /// By chance as much as there are misfits, on average: the sum of how few of those known are smaller.
-  double surprise_of(std::span<const float> misfits) const {
-    // Among equals a misfit counts as their mean: that of -log(u) over their shares u.
+  /// By chance as much as there are residuals, on average: the sum of how few of those known are smaller.
+  double surprisal_of(std::span<const float> residuals) const {
+    // Among equals a residual counts as their mean: that of -log(u) over their shares u.
     const auto integral = [](double u) { return u > 0 ? u - u * std::log(u) : 0; };
     const double all = double(known_.size()) + 1;
     double sum = 0;
-    for (const float misfit : misfits) {
-      const auto [equal, larger] = std::equal_range(known_.begin(), known_.end(), misfit);
+    for (const float residual : residuals) {
+      const auto [equal, larger] = std::equal_range(known_.begin(), known_.end(), residual);
       const double above = double(known_.end() - larger) / all;
       const double not_below = (double(known_.end() - equal) + 1) / all;
       sum += (integral(not_below) - integral(above)) / (not_below - above);
@@ -76,7 +76,7 @@ class misfits_by_chance {
     return sum;
   }
 
-  std::vector<float> known_;  // misfits, increasing
+  std::vector<float> known_;  // residuals, increasing
   double factor_ = 0,
          share_ = 0;  // variance of a sum over that of independent pairs; of pairs that go together
 };

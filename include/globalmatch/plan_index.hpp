@@ -38,23 +38,23 @@ inline double middle_extent(const position_set& stems, int axis) {
 
 /// Immutable index over the plan positions of a map. Built in O(n), for stands of any shape; queries look at
 /// all stems of a pile within centimetres.
-class plan_index {
+class position_index {
  public:
-  plan_index() = default;
+  position_index() = default;
 
-  /// Throws `operation_cancelled` when the progress callback of `how` says so.
-  explicit plan_index(const position_set& stems, const execution& how = {}) {
-    constexpr double crowded = 8, least = 0.1;  // [m]
+  /// Throws `operation_cancelled` when the progress callback of `exec` says so.
+  explicit position_index(const position_set& stems, const execution& exec = {}) {
+    constexpr double max_occupancy = 8, min_area = 0.1;  // [m]
     // Where stems stand in corridors, or in stands far apart, the map's extent tells nothing of their
     // spacing.
-    for (spacing_ = typical_spacing(stems);; spacing_ = std::max(least, spacing_ / 2)) {
-      report_progress(how, "plan index", 0.5);
+    for (spacing_ = typical_spacing(stems);; spacing_ = std::max(min_area, spacing_ / 2)) {
+      report_progress(exec, "plan index", 0.5);
       grid_ = grid(stems.size(), spacing_, [&](std::size_t i) {
         return grid::item{{stems.at[i].x(), stems.at[i].y()}, static_cast<stem_index>(i)};
       });
-      if (spacing_ <= least || grid_.crowding() < crowded) break;
+      if (spacing_ <= min_area || grid_.mean_occupancy() < max_occupancy) break;
     }
-    report_progress(how, "plan index", 1);
+    report_progress(exec, "plan index", 1);
     at_.reserve(stems.size());
     for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
   }
@@ -105,10 +105,11 @@ class plan_index {
   using grid = wrapped_grid<double, 2, stem_index>;
 
   static double typical_spacing(const position_set& stems) {
-    constexpr double least = 0.1;  // [m]
+    constexpr double min_area = 0.1;  // [m]
     if (stems.size() < 2) return 1;
-    const double area = std::max(least, middle_extent(stems, 0)) * std::max(least, middle_extent(stems, 1));
-    return std::max(least, std::sqrt(area / (middle_share * middle_share * double(stems.size()))));
+    const double area =
+        std::max(min_area, middle_extent(stems, 0)) * std::max(min_area, middle_extent(stems, 1));
+    return std::max(min_area, std::sqrt(area / (middle_share * middle_share * double(stems.size()))));
   }
 
   void all_others(std::size_t i, std::vector<neighbor<double>>& found) const {

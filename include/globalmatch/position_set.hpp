@@ -56,9 +56,9 @@ inline void replace_unknown(std::vector<double>& sigma) {
 /// deviation negative or not finite, and `operation_cancelled`.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
-                              const execution& how = {}) {
-  constexpr std::size_t often = 65536;
-  constexpr double farthest = 1e12;  // [m]
+                              const execution& exec = {}) {
+  constexpr std::size_t poll_interval = 65536;
+  constexpr double max_magnitude = 1e12;  // [m]
   position_set set;
   set.has_heights = point_range<R>;
   const Eigen::Matrix3d levelling = levelling_rotation(up);
@@ -72,12 +72,12 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   constexpr bool has_radii = has_radius<std::ranges::range_value_t<R>>;
   std::vector<entry> given;
   for (const auto& position : positions) {
-    if (given.size() % often == 0) report_progress(how, "positions", 0);
+    if (given.size() % poll_interval == 0) report_progress(exec, "positions", 0);
     const Eigen::Vector3d p = xyz(position);
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
-    if (p.cwiseAbs().maxCoeff() > farthest)
+    if (p.cwiseAbs().maxCoeff() > max_magnitude)
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is more than 1e12 m from 0, where millimetres are lost; remove it");
     double sigma = 0;
@@ -95,7 +95,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     given.push_back({p.x(), p.y(), p.z(), sigma, radius, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
-  if (given.size() > often) report_progress(how, "positions", 0.5);
+  if (given.size() > poll_interval) report_progress(exec, "positions", 0.5);
   set.at.reserve(given.size());
   set.original.reserve(given.size());
   if (!given.empty()) set.frame.origin = {given.front().x, given.front().y, given.front().z};

@@ -32,7 +32,7 @@ struct registration_options {
 /// hand.
 inline registration_options paper_options() {
   registration_options options;
-  options.mapping.understory = {.lowest = 0.2, .highest = 3.0};
+  options.mapping.understory = {.min_height = 0.2, .max_height = 3.0};
   options.mapping.ground.filter = ground_filter::cloth;
   options.mapping.rule = stem_point_rule::points;
   options.mapping.vertical = vertical_rule::given;
@@ -41,7 +41,7 @@ inline registration_options paper_options() {
   options.mapping.verticality.threshold = 0.9;
   options.mapping.stems.cylinder.usual_taper.reset();
   options.matching.triangles.neighbors = 20;
-  options.matching.tolerance = 0.05;
+  options.matching.inlier_threshold = 0.05;
   options.matching.proposal = proposal::algorithm_1;
   options.matching.dof = degrees_of_freedom::four;
   options.icp.metric = icp_metric::point_to_point;
@@ -64,22 +64,23 @@ struct scan_registration {
 
 namespace detail {
 
-/// Where the stems of the map were lost that has too few, for the reason of the verdict; empty where both
+/// Where the stems of the map were lost that has too few, for the reason of the decision; empty where both
 /// have enough.
-inline std::string where_stems_were_lost(const stem_map& source, const stem_map& target, std::size_t least) {
+inline std::string describe_lost_stems(const stem_map& source, const stem_map& target, std::size_t minimum) {
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (const std::string lost = where_lost(explain(map->funnel), least); !lost.empty())
+    if (const std::string lost = where_lost(explain(map->funnel), minimum); !lost.empty())
       return std::string(". ") + name + ", " + lost;
   return "";
 }
 
-/// Which of the scans were not level, for the reason of the verdict; empty where both were, or the motion is
+/// Which of the scans were not level, for the reason of the decision; empty where both were, or the motion is
 /// free to tilt.
-inline std::string what_stands_askew(const stem_map& source, const stem_map& target, degrees_of_freedom dof) {
+inline std::string describe_tilted_maps(const stem_map& source, const stem_map& target,
+                                        degrees_of_freedom dof) {
   std::string remark;
   if (dof == degrees_of_freedom::six) return remark;
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (is_askew(*map)) remark += std::string(". The stems of ") + name + " " + how_askew(*map);
+    if (is_tilted(*map)) remark += std::string(". The stems of ") + name + " " + describe_tilt(*map);
   return remark;
 }
 
@@ -107,7 +108,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
-                                    const icp_options& options, const execution& how) {
+                                    const icp_options& options, const execution& exec) {
   const local_frame from = levelled_frame(source), to = levelled_frame(target);
   std::vector<icp_layer> layers = {
       {levelled(source.ground_samples, from), levelled(target.ground_samples, to)},
@@ -120,7 +121,7 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
   const Eigen::Isometry3d source_local = from.local_from_scan(), target_local = to.local_from_scan();
   if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
   icp_result result =
-      refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, how);
+      refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, exec);
   result.target_from_source = target_local.inverse() * result.target_from_source * source_local;
   return result;
 }
@@ -134,7 +135,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// that does not converge leaves the coarse motion. Where a map took its vertical from its stems, ICP turns
 /// freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
-                                  const registration_options& options = {}, const execution& how = {}) {
+                                  const registration_options& options = {}, const execution& exec = {}) {
   require_valid(options.icp);
   registration result;
   if (source.cancelled || target.cancelled) {
@@ -144,19 +145,19 @@ inline registration register_maps(const stem_map& source, const stem_map& target
   }
   try {
     result.matching =
-        match_positions(import_positions(source.stems, source.up, "source", how),
-                        import_positions(target.stems, target.up, "target", how), options.matching, how);
+        match_positions(import_positions(source.stems, source.up, "source", exec),
+                        import_positions(target.stems, target.up, "target", exec), options.matching, exec);
     result.outcome = result.matching.outcome;
-    const auto least = std::size_t(options.matching.verdict.least_correspondences);
-    if (std::min(source.stems.size(), target.stems.size()) < least)
-      result.matching.reason += detail::where_stems_were_lost(source, target, least);
+    const auto minimum = std::size_t(options.matching.decision.min_correspondences);
+    if (std::min(source.stems.size(), target.stems.size()) < minimum)
+      result.matching.reason += detail::describe_lost_stems(source, target, minimum);
     if (result.outcome != outcome::registered)
-      result.matching.reason += detail::what_stands_askew(source, target, options.matching.dof);
+      result.matching.reason += detail::describe_tilted_maps(source, target, options.matching.dof);
     result.reason = result.matching.reason;
     result.target_from_source = result.matching.target_from_source;
     if (result.outcome == outcome::registered && options.icp.metric != icp_metric::none) {
       result.icp = detail::refine_by_samples(source, target, *result.target_from_source, options.matching.dof,
-                                             options.icp, how);
+                                             options.icp, exec);
       if (result.icp->converged) result.target_from_source = result.icp->target_from_source;
     }
   } catch (const operation_cancelled& e) {
@@ -173,16 +174,16 @@ template <point_range Source, point_range Target>
 scan_registration register_scans(const Source& source, const Target& target,
                                  const registration_options& options = {},
                                  const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
-                                 const execution& how = {}) {
+                                 const execution& exec = {}) {
   require_valid(options.matching);
   require_valid(options.icp);
   scan_registration result;
-  result.source = map_stems(source, options.mapping, up, how);
+  result.source = map_stems(source, options.mapping, up, exec);
   if (result.source.cancelled)
     result.target.cancelled = true;
   else
-    result.target = map_stems(target, options.mapping, up, how);
-  result.registration = register_maps(result.source, result.target, options, how);
+    result.target = map_stems(target, options.mapping, up, exec);
+  result.registration = register_maps(result.source, result.target, options, exec);
   return result;
 }
 

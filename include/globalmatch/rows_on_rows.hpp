@@ -21,7 +21,7 @@ namespace globalmatch {
 namespace detail {
 
 /// A stem in the middle of a map.
-inline const Eigen::Vector3d& stem_in_the_middle(const position_set& stems) {
+inline const Eigen::Vector3d& central_stem(const position_set& stems) {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : stems.at) center += p / double(stems.size());
   const auto off = [&](const Eigen::Vector3d& p) { return (p - center).head<2>().squaredNorm(); };
@@ -31,39 +31,41 @@ inline const Eigen::Vector3d& stem_in_the_middle(const position_set& stems) {
 
 /// The source's own lattice laid on that of the target, middle on middle; nothing where it has none, or
 /// another one.
-inline std::optional<Eigen::Isometry3d> middle_on_middle(const map_pair& maps, const lattice& rows) {
-  const auto own = find_lattice(*maps.source_plan);
+inline std::optional<Eigen::Isometry3d> align_centers(const matching_context& context,
+                                                      const planting_lattice& lattice) {
+  const auto own = find_lattice(*context.source_index);
   if (!own) return std::nullopt;
-  const Eigen::Rotation2Dd turn(rows.direction() - own->direction());
-  if (!rows.is_on_it(turn * own->first) || !rows.is_on_it(turn * own->second)) return std::nullopt;
-  return Eigen::Translation3d(stem_in_the_middle(maps.target)) *
+  const Eigen::Rotation2Dd turn(lattice.direction() - own->direction());
+  if (!lattice.is_lattice_shift(turn * own->first) || !lattice.is_lattice_shift(turn * own->second))
+    return std::nullopt;
+  return Eigen::Translation3d(central_stem(context.target)) *
          Eigen::AngleAxisd(turn.angle(), Eigen::Vector3d::UnitZ()) *
-         Eigen::Translation3d(-stem_in_the_middle(maps.source));
+         Eigen::Translation3d(-central_stem(context.source));
 }
 
 }  // namespace detail
 
 /// Of the motions of hypotheses, and of the one that lays the source's own lattice on that of the target,
-/// `rows`, the one that lays most stems near others. At least one hypothesis is needed. Cost: linear in the
-/// stems, for each.
-inline Eigen::Isometry3d lay_rows_on_rows(const map_pair& maps, const lattice& rows,
-                                          std::span<const hypothesis> hypotheses) {
-  const auto laid_near = [&](const Eigen::Isometry3d& motion) {
-    return std::count_if(maps.source.at.begin(), maps.source.at.end(), [&](const Eigen::Vector3d& p) {
-      const Eigen::Vector3d laid = motion * p;
-      return maps.target_plan->any_within(laid.x(), laid.y(), rows.reach());
+/// `lattice`, the one that lays most stems near others. At least one hypothesis is needed. Cost: linear in
+/// the stems, for each.
+inline Eigen::Isometry3d align_lattices(const matching_context& context, const planting_lattice& lattice,
+                                        std::span<const hypothesis> hypotheses) {
+  const auto count_inliers = [&](const Eigen::Isometry3d& transform) {
+    return std::count_if(context.source.at.begin(), context.source.at.end(), [&](const Eigen::Vector3d& p) {
+      const Eigen::Vector3d transformed = transform * p;
+      return context.target_index->any_within(transformed.x(), transformed.y(), lattice.search_radius());
     });
   };
   Eigen::Isometry3d best = hypotheses.front().target_from_source;
-  auto most = laid_near(best);
-  const auto consider = [&](const Eigen::Isometry3d& motion) {
-    const auto near = laid_near(motion);
-    if (near <= most) return;
-    most = near;
-    best = motion;
+  auto maximum = count_inliers(best);
+  const auto consider = [&](const Eigen::Isometry3d& transform) {
+    const auto near = count_inliers(transform);
+    if (near <= maximum) return;
+    maximum = near;
+    best = transform;
   };
   for (const hypothesis& h : hypotheses.subspan(1)) consider(h.target_from_source);
-  if (const auto motion = detail::middle_on_middle(maps, rows)) consider(*motion);
+  if (const auto transform = detail::align_centers(context, lattice)) consider(*transform);
   return best;
 }
 

@@ -25,149 +25,163 @@
 namespace globalmatch {
 
 /// What chance can do between two maps. Refers to them.
-class chance {
+class null_model {
  public:
-  /// `tolerances` [m] are those that stems may be paired at. What is asked at them, and at `others`, is
-  /// computed once. `target_stand` is that of the target stems.
-  chance(const map_pair& maps, std::shared_ptr<const stand> target_stand, std::span<const double> tolerances,
-         std::span<const double> others = {})
-      : maps_(maps),
-        target_(std::move(target_stand)),
-        source_extent_(extent(maps.source)),
-        tolerances_(std::max<std::size_t>(1, tolerances.size())) {
-    for (const auto& asked : {tolerances, others})
-      for (const double tolerance : asked) known_.push_back(compute(tolerance));
-    std::sort(known_.begin(), known_.end(),
-              [](const chances& a, const chances& b) { return a.tolerance < b.tolerance; });
+  /// `thresholds` [m] are those that stems may be paired at. What is asked at them, and at `others`, is
+  /// computed once. `target_background` is that of the target stems.
+  null_model(const matching_context& context, std::shared_ptr<const background_density> target_background,
+             std::span<const double> thresholds, std::span<const double> others = {})
+      : context_(context),
+        target_(std::move(target_background)),
+        source_extent_(extent(context.source)),
+        thresholds_(std::max<std::size_t>(1, thresholds.size())) {
+    for (const auto& asked : {thresholds, others})
+      for (const double inlier_threshold : asked) known_.push_back(compute(inlier_threshold));
+    std::sort(known_.begin(), known_.end(), [](const probabilities& a, const probabilities& b) {
+      return a.inlier_threshold < b.inlier_threshold;
+    });
   }
 
   /// The same when nothing is known of the target. Cost: linear in the stems.
-  explicit chance(const map_pair& maps, std::span<const double> tolerances = {})
-      : chance(maps, std::make_shared<stand>(maps.target, maps.target_plan), tolerances) {}
+  explicit null_model(const matching_context& context, std::span<const double> thresholds = {})
+      : null_model(context, std::make_shared<background_density>(context.target, context.target_index),
+                   thresholds) {}
 
-  /// Probability that a source stem laid among the target stems lies within `tolerance` [m] of one by chance.
-  double of_meeting(double tolerance) const { return at(tolerance).of_meeting; }
+  /// Probability that a source stem laid among the target stems lies within `inlier_threshold` [m] of one by
+  /// chance.
+  double inlier_probability(double inlier_threshold) const { return at(inlier_threshold).inlier_probability; }
 
   /// From now on chance is at least as good as it is along the lattice of this stand.
-  void reckon_with_rows_of(const stand& rows) {
-    for (chances& known : known_)
-      known.of_meeting = std::max(known.of_meeting, rows.of_meeting_along_lattice(known.tolerance));
+  void include_lattice_of(const background_density& plantation) {
+    for (probabilities& known : known_)
+      known.inlier_probability =
+          std::max(known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold));
   }
 
   /// What a motion makes of source stems.
-  struct landing {
+  struct residual_set {
     double expected = 0;            ///< stems laid where target stems stand around
-    std::vector<double> misfits;    ///< [m] from the nearest target stem, increasing, where one is near
-    std::vector<double> explained;  ///< sums of the chances of being as near, of the first misfits
-    double raised = 0;              ///< [m] by how much the motion was raised
-    double matched(double tolerance) const {
-      return double(std::lower_bound(misfits.begin(), misfits.end(), tolerance) - misfits.begin());
+    std::vector<double> residuals;  ///< [m] from the nearest target stem, increasing, where one is near
+    std::vector<double>
+        cumulative_probability;  ///< sums of the chances of being as near, of the first residuals
+    double vertical_offset = 0;  ///< [m] by how much the motion was raised
+    double matched(double inlier_threshold) const {
+      return double(std::lower_bound(residuals.begin(), residuals.end(), inlier_threshold) -
+                    residuals.begin());
     }
   };
 
   /// Lays source stems, some thousands from all over where both maps are large, and looks for target stems
-  /// within `reach` [m] of them: a sample is evidence enough, as long as it counts as no more than it is. In
-  /// 4-DoF the motion is raised first to fit the heights of what lies within `tolerance` [m]; a target stem
-  /// of another height may then hide one behind it, which makes what is matched a lower bound.
-  landing lay(const Eigen::Isometry3d& target_from_source, double reach, double tolerance) const {
-    constexpr std::size_t most_laid = 8192;
-    const std::size_t smaller = std::min(maps_.source.size(), maps_.target.size());
-    const std::size_t step = std::max<std::size_t>(1, (smaller + most_laid - 1) / most_laid);
-    std::vector<meeting> meetings;
-    landing result;
-    for (std::size_t s = 0; s < maps_.source.size(); s += step) {
-      const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
-      meeting nearest{reach, 0};
-      maps_.target_plan->for_each_within(laid.x(), laid.y(), reach, [&](stem_index t, double) {
-        const Eigen::Vector3d& at = maps_.target.at[t];
-        const double misfit = stem_distance(laid, at, maps_.in_plan());
-        if (misfit < nearest.misfit) nearest = {misfit, at.z() - laid.z()};
-      });
-      if (target_->surrounds(laid)) ++result.expected;
-      if (nearest.misfit < reach) meetings.push_back(nearest);
+  /// within `search_radius` [m] of them: a sample is evidence enough, as long as it counts as no more than it
+  /// is. In 4-DoF the motion is raised first to fit the heights of what lies within `inlier_threshold` [m]; a
+  /// target stem of another height may then hide one behind it, which makes what is matched a lower bound.
+  residual_set residuals_under(const Eigen::Isometry3d& target_from_source, double search_radius,
+                               double inlier_threshold) const {
+    constexpr std::size_t max_sampled = 8192;
+    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
+    const std::size_t step = std::max<std::size_t>(1, (smaller + max_sampled - 1) / max_sampled);
+    std::vector<candidate> candidates;
+    residual_set result;
+    for (std::size_t s = 0; s < context_.source.size(); s += step) {
+      const Eigen::Vector3d transformed = target_from_source * context_.source.at[s];
+      candidate nearest{search_radius, 0};
+      context_.target_index->for_each_within(
+          transformed.x(), transformed.y(), search_radius, [&](stem_index t, double) {
+            const Eigen::Vector3d& at = context_.target.at[t];
+            const double residual = stem_distance(transformed, at, context_.horizontal_distances());
+            if (residual < nearest.residual) nearest = {residual, at.z() - transformed.z()};
+          });
+      if (target_->surrounds(transformed)) ++result.expected;
+      if (nearest.residual < search_radius) candidates.push_back(nearest);
     }
-    if (maps_.heights_tell()) result.raised = leave_agreeing(meetings, tolerance);
-    for (const meeting& m : meetings) result.misfits.push_back(m.misfit);
-    std::sort(result.misfits.begin(), result.misfits.end());
-    result.explained = explain(result.misfits, &chances::of_meeting);
+    if (context_.uses_heights())
+      result.vertical_offset = keep_consistent_heights(candidates, inlier_threshold);
+    for (const candidate& m : candidates) result.residuals.push_back(m.residual);
+    std::sort(result.residuals.begin(), result.residuals.end());
+    result.cumulative_probability =
+        cumulative_probabilities(result.residuals, &probabilities::inlier_probability);
     return result;
   }
 
   /// Whether chance does as well as this motion for the source stems within `radius` [m in plan] of `center`.
   /// Not where few of them are laid among target stems: those tell nothing.
   bool explains_around(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& center,
-                       double radius, double tolerance) const {
-    constexpr double few = 100, many = 1000, hardly = 1e-3;
-    const double stems = std::min(double(maps_.source.size()),
-                                  std::numbers::pi * std::pow(radius / maps_.source_plan->spacing(), 2));
-    const auto step = std::max<std::size_t>(1, std::size_t(stems / many));  // some tell enough of many
-    double laid_among = 0, met = 0;
+                       double radius, double inlier_threshold) const {
+    constexpr double min_sample = 100, max_sample = 1000, significance_level = 1e-3;
+    const double stems = std::min(double(context_.source.size()),
+                                  std::numbers::pi * std::pow(radius / context_.source_index->spacing(), 2));
+    const auto step = std::max<std::size_t>(1, std::size_t(stems / max_sample));  // some tell enough of many
+    double tested = 0, inliers = 0;
     std::size_t passed = 0;
-    maps_.for_each_source_within(center, radius, [&](stem_index s) {
+    context_.for_each_source_within(center, radius, [&](stem_index s) {
       if (passed++ % step != 0) return;
-      const Eigen::Vector3d laid = target_from_source * maps_.source.at[s];
-      bool meets = false;
-      maps_.for_each_met(laid, tolerance, [&](stem_index, double) { meets = true; });
-      met += meets;
-      laid_among += meets || target_->surrounds(laid);
+      const Eigen::Vector3d transformed = target_from_source * context_.source.at[s];
+      bool is_inlier = false;
+      context_.for_each_inlier(transformed, inlier_threshold, [&](stem_index, double) { is_inlier = true; });
+      inliers += is_inlier;
+      tested += is_inlier || target_->surrounds(transformed);
     });
-    return laid_among > few && log_binomial_tail(met, laid_among, of_meeting(tolerance)) > std::log(hardly);
+    return tested > min_sample && log_binomial_tail(inliers, tested, inlier_probability(inlier_threshold)) >
+                                      std::log(significance_level);
   }
 
   /// Logarithm to base 10 of the expected number of false alarms: motions that would, by chance, lay stems as
-  /// near to others as `landed`, at a tolerance [m]. A stem that meets another counts by 1 less the share
+  /// near to others as `set`, at a tolerance [m]. A stem that meets another counts by 1 less the share
   /// that chance has, of all meetings, in those as close: 1 to 0, evenly, if it meets by chance (in plan the
   /// score of Torr and Zisserman 2000, MLESAC, Computer Vision and Image Understanding 78). Looked at are all
   /// motions that two pairs of stems fix (three in 6-DoF), at all tolerances; as many pairs then tell
   /// nothing. After Moisan and Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J.
   /// Computer Vision 57(3), who count alike. Below 0 chance is an unlikely explanation.
-  double log10_false_alarms(const landing& landed, double tolerance) const {
-    return log10_false_alarms(landed, landed.explained, tolerance, at(tolerance).of_meeting);
+  double log10_nfa(const residual_set& set, double inlier_threshold) const {
+    return log10_nfa(set, set.cumulative_probability, inlier_threshold,
+                     at(inlier_threshold).inlier_probability);
   }
 
-  /// Judges a hypothesis, of which `landed` is what its motion makes of the stems, at its tolerance.
-  void judge(hypothesis& h, const landing& landed) const {
-    h.log10_false_alarms = log10_false_alarms(landed, h.tolerance);
-    h.log10_false_alarms_at_random =
-        log10_false_alarms(landed, explain(landed.misfits, &chances::of_meeting_at_random), h.tolerance,
-                           at(h.tolerance).of_meeting_at_random);
+  /// Judges a hypothesis, of which `set` is what its motion makes of the stems, at its tolerance.
+  void score(hypothesis& h, const residual_set& set) const {
+    h.log10_nfa = log10_nfa(set, h.inlier_threshold);
+    h.log10_nfa_poisson =
+        log10_nfa(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
+                  h.inlier_threshold, at(h.inlier_threshold).poisson_inlier_probability);
   }
 
  private:
   /// What is known of a tolerance [m].
-  struct chances {
-    double tolerance, of_meeting, of_meeting_at_random;
+  struct probabilities {
+    double inlier_threshold, inlier_probability, poisson_inlier_probability;
   };
 
-  chances at(double tolerance) const {
-    for (const chances& known : known_)
-      if (known.tolerance == tolerance) return known;
-    return compute(tolerance);
+  probabilities at(double inlier_threshold) const {
+    for (const probabilities& known : known_)
+      if (known.inlier_threshold == inlier_threshold) return known;
+    return compute(inlier_threshold);
   }
 
-  chances compute(double tolerance) const {
-    const double at_random = target_->of_meeting_at_random(tolerance);
-    return {tolerance, std::max(at_random, target_->of_meeting_along_lattice(tolerance)), at_random};
+  probabilities compute(double inlier_threshold) const {
+    const double at_random = target_->poisson_inlier_probability(inlier_threshold);
+    return {inlier_threshold, std::max(at_random, target_->lattice_inlier_probability(inlier_threshold)),
+            at_random};
   }
 
-  /// Sums of the chances of being as near, of the first misfits [m, increasing]. Between the tolerances that
-  /// are known they grow with the area within reach. Copied stems, which meet exactly, are met by chance as
-  /// well as others.
-  std::vector<double> explain(const std::vector<double>& misfits, double chances::*of) const {
-    constexpr double finest = 1e-4;  // [m] no stem's place is known better
+  /// Sums of the chances of being as near, of the first residuals [m, increasing]. Between the tolerances
+  /// that are known they grow with the area within reach. Copied stems, which meet exactly, are met by chance
+  /// as well as others.
+  std::vector<double> cumulative_probabilities(const std::vector<double>& residuals,
+                                               double probabilities::*of) const {
+    constexpr double min_residual = 1e-4;  // [m] no stem's place is known better
     const auto square = [](double d) { return d * d; };
     std::vector<double> sums;
-    chances below = {0, 0, 0};
+    probabilities below = {0, 0, 0};
     auto above = known_.begin();
     double sum = 0;
-    for (const double given : misfits) {
-      const double misfit = std::max(given, finest);
-      while (above != known_.end() && above->tolerance <= misfit) below = *above++;
+    for (const double given : residuals) {
+      const double residual = std::max(given, min_residual);
+      while (above != known_.end() && above->inlier_threshold <= residual) below = *above++;
       if (above == known_.end()) {
-        sum += compute(misfit).*of;
+        sum += compute(residual).*of;
       } else {
-        const double share =
-            (square(misfit) - square(below.tolerance)) / (square(above->tolerance) - square(below.tolerance));
+        const double share = (square(residual) - square(below.inlier_threshold)) /
+                             (square(above->inlier_threshold) - square(below.inlier_threshold));
         sum += below.*of + share * ((*above).*of - below.*of);
       }
       sums.push_back(sum);
@@ -175,87 +189,95 @@ class chance {
     return sums;
   }
 
-  double log10_false_alarms(const landing& landed, const std::vector<double>& explained, double tolerance,
-                            double of_meeting) const {
-    const double fixing = maps_.dof == degrees_of_freedom::four ? 2 : 3;
-    const double matched = landed.matched(tolerance);
+  double log10_nfa(const residual_set& set, const std::vector<double>& cumulative_probability,
+                   double inlier_threshold, double inlier_probability) const {
+    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
+    const double matched = set.matched(inlier_threshold);
     double tail = 0;
     if (matched > fixing) {
-      const double near = matched - explained[std::size_t(matched) - 1] / of_meeting;
-      tail = log_uniform_sum_tail(near - fixing, std::max(landed.expected, matched) - fixing, of_meeting);
+      const double near = matched - cumulative_probability[std::size_t(matched) - 1] / inlier_probability;
+      tail =
+          log_uniform_sum_tail(near - fixing, std::max(set.expected, matched) - fixing, inlier_probability);
     }
-    return (std::log(motions_at(tolerance)) + tail) / std::numbers::ln10;
+    return (std::log(number_of_tests(inlier_threshold)) + tail) / std::numbers::ln10;
   }
 
   /// A laid source stem and the target stem nearest to it.
-  struct meeting {
-    double misfit, rise;  // [m]
+  struct candidate {
+    double residual, vertical_offset;  // [m]
   };
 
-  /// Removes meetings whose heights are too far from those of most within `tolerance` [m]; returns the rise
-  /// [m] of these.
-  double leave_agreeing(std::vector<meeting>& meetings, double tolerance) const {
-    std::vector<double> rises;
-    for (const meeting& m : meetings)
-      if (m.misfit < tolerance) rises.push_back(m.rise);
-    const double rise = rises.empty() ? 0 : median(rises);
-    std::erase_if(meetings,
-                  [&](const meeting& m) { return std::abs(m.rise - rise) >= maps_.vertical_tolerance; });
-    return rise;
+  /// Removes meetings whose heights are too far from those of most within `inlier_threshold` [m]; returns the
+  /// rise [m] of these.
+  double keep_consistent_heights(std::vector<candidate>& candidates, double inlier_threshold) const {
+    std::vector<double> vertical_offsets;
+    for (const candidate& m : candidates)
+      if (m.residual < inlier_threshold) vertical_offsets.push_back(m.vertical_offset);
+    const double vertical_offset = vertical_offsets.empty() ? 0 : median(vertical_offsets);
+    std::erase_if(candidates, [&](const candidate& m) {
+      return std::abs(m.vertical_offset - vertical_offset) >= context_.vertical_threshold;
+    });
+    return vertical_offset;
   }
 
   /// Motions that two pairs of stems fix (three in 6-DoF), at each of the tolerances: any two source stems,
   /// and target stems as far from each other as these are.
-  double motions_at(double tolerance) const {
-    const double sources = double(maps_.source.size()), targets = double(maps_.target.size());
+  double number_of_tests(double inlier_threshold) const {
+    const double sources = double(context_.source.size()), targets = double(context_.target.size());
     const double apart = std::min(source_extent_, target_->extent()) / 2;  // [m] two stems, typically
-    // Stems of the ring of 2 pi `apart` by 2 `tolerance`, where one stands on pi `radius`^2.
+    // Stems of the ring of 2 pi `apart` by 2 `inlier_threshold`, where one stands on pi `radius`^2.
     const double radius = target_->stem_radius();
-    const double as_far = radius > 0 ? std::min(targets, 4 * apart * tolerance / (radius * radius)) : targets;
+    const double as_far =
+        radius > 0 ? std::min(targets, 4 * apart * inlier_threshold / (radius * radius)) : targets;
     const double by_two = targets * as_far * sources * sources / 2;
-    const double by_all = maps_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
-    return std::max(1.0, by_all) * double(tolerances_);
+    const double by_all = context_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
+    return std::max(1.0, by_all) * double(thresholds_);
   }
 
-  const map_pair& maps_;
-  std::shared_ptr<const stand> target_;
+  const matching_context& context_;
+  std::shared_ptr<const background_density> target_;
   double source_extent_ = 0;    // [m]
-  std::size_t tolerances_ = 1;  // that stems may be paired at
-  std::vector<chances> known_;
+  std::size_t thresholds_ = 1;  // that stems may be paired at
+  std::vector<probabilities> known_;
 };
 
-/// Judges a hypothesis, in the frames of `maps`, against chance, and pairs and fits it anew at the tolerance
-/// [m] among `tolerances`, increasing, at which chance explains least. Cost: linear in the stems.
-inline void weigh(hypothesis& h, const map_pair& maps, const chance& by_chance,
-                  std::span<const double> tolerances) {
-  constexpr int rounds = 4;
-  constexpr double still = 0.1;  // of the tolerance
-  for (int round = 0; round < rounds; ++round) {
-    const double before = h.tolerance;
-    const chance::landing landing = by_chance.lay(h.target_from_source, tolerances.back(), h.tolerance);
-    h.target_from_source.translation().z() += landing.raised;
-    h.log10_false_alarms = std::numeric_limits<double>::infinity();
-    for (const double tolerance : tolerances) {
-      const double alarms = by_chance.log10_false_alarms(landing, tolerance);
-      if (alarms < h.log10_false_alarms) {
-        h.log10_false_alarms = alarms;
-        h.tolerance = tolerance;
+/// Judges a hypothesis, in the frames of `context`, against chance, and pairs and fits it anew at the
+/// tolerance [m] among `thresholds`, increasing, at which chance explains least. Cost: linear in the stems.
+inline void score_hypothesis(hypothesis& h, const matching_context& context, const null_model& null,
+                             std::span<const double> thresholds) {
+  constexpr int max_iterations = 4;
+  constexpr double relative_convergence_threshold = 0.1;  // of the tolerance
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const double before = h.inlier_threshold;
+    const null_model::residual_set set =
+        null.residuals_under(h.target_from_source, thresholds.back(), h.inlier_threshold);
+    h.target_from_source.translation().z() += set.vertical_offset;
+    h.log10_nfa = std::numeric_limits<double>::infinity();
+    for (const double inlier_threshold : thresholds) {
+      const double log10_nfa = null.log10_nfa(set, inlier_threshold);
+      if (log10_nfa < h.log10_nfa) {
+        h.log10_nfa = log10_nfa;
+        h.inlier_threshold = inlier_threshold;
       }
     }
-    by_chance.judge(h, landing);
-    const auto pairs = maps.pair_stems(h.target_from_source, h.tolerance);
-    const auto motion = maps.fit(pairs);
-    if (!motion) break;
-    double moved = 0;
+    null.score(h, set);
+    const auto pairs = context.pair_stems(h.target_from_source, h.inlier_threshold);
+    const auto transform = context.fit(pairs);
+    if (!transform) break;
+    double mean_displacement = 0;
     for (const correspondence& c : pairs) {
-      const Eigen::Vector3d& p = maps.source.at[c.source];
-      moved += stem_distance(*motion * p, h.target_from_source * p, maps.in_plan()) / double(pairs.size());
+      const Eigen::Vector3d& p = context.source.at[c.source];
+      mean_displacement +=
+          stem_distance(*transform * p, h.target_from_source * p, context.horizontal_distances()) /
+          double(pairs.size());
     }
-    h.target_from_source = *motion;
-    if (moved < still * h.tolerance && h.tolerance == before) break;
+    h.target_from_source = *transform;
+    if (mean_displacement < relative_convergence_threshold * h.inlier_threshold &&
+        h.inlier_threshold == before)
+      break;
   }
-  h.correspondences = maps.pair_stems(h.target_from_source, h.tolerance);
-  h.rms = maps.rms(h.target_from_source, h.correspondences);
+  h.correspondences = context.pair_stems(h.target_from_source, h.inlier_threshold);
+  h.rms = context.rms(h.target_from_source, h.correspondences);
 }
 
 }  // namespace globalmatch

@@ -56,16 +56,17 @@ inline double log_uniform_sum_tail(double sum, double tries, double p) {
     return {std::log(p / not_zero) + log_uniform, not_zero * mean,
             not_zero * (variance + (1 - not_zero) * mean * mean)};
   };
-  constexpr int rounds = 50;
+  constexpr int max_iterations = 50;
   constexpr double near = 1e-4;
-  const double wanted = sum / tries;
-  double least = 0, most = std::numeric_limits<double>::infinity(), t = 1 / (1 - wanted);
+  const double target_mean = sum / tries;
+  double lower = 0, upper = std::numeric_limits<double>::infinity(), t = 1 / (1 - target_mean);
   cumulants at = tilted(t);
-  for (int round = 0; round < rounds && std::abs(at.mean - wanted) > near * wanted; ++round) {
-    (at.mean < wanted ? least : most) = t;
-    t += (wanted - at.mean) / at.variance;
-    if (!(t > least && t < most))
-      t = most < std::numeric_limits<double>::infinity() ? (least + most) / 2 : 2 * least;
+  for (int iteration = 0; iteration < max_iterations && std::abs(at.mean - target_mean) > near * target_mean;
+       ++iteration) {
+    (at.mean < target_mean ? lower : upper) = t;
+    t += (target_mean - at.mean) / at.variance;
+    if (!(t > lower && t < upper))
+      t = upper < std::numeric_limits<double>::infinity() ? (lower + upper) / 2 : 2 * lower;
     at = tilted(t);
   }
   const double steps = t * std::sqrt(tries * at.variance);
@@ -73,7 +74,7 @@ inline double log_uniform_sum_tail(double sum, double tries, double p) {
   const double log_mills = steps > far
                                ? -std::log(steps * std::sqrt(2 * std::numbers::pi))
                                : steps * steps / 2 + std::log(std::erfc(steps / std::numbers::sqrt2) / 2);
-  return std::min(0.0, tries * (at.log_generating - t * wanted) + log_mills);
+  return std::min(0.0, tries * (at.log_generating - t * target_mean) + log_mills);
 }
 
 /// Natural logarithm of the probability that a gamma distributed number of the given mean, and of scale 1, is
@@ -81,10 +82,10 @@ inline double log_uniform_sum_tail(double sum, double tries, double p) {
 inline double log_gamma_tail(double value, double mean) {
   if (value >= mean || mean <= 0) return 0;
   if (value <= 0) return -std::numeric_limits<double>::infinity();
-  constexpr int most_terms = 10000;
+  constexpr int max_terms = 10000;
   constexpr double enough = 1e-12;
   double term = 1, sum = 1;
-  for (int i = 1; i < most_terms && term > enough * sum; ++i) sum += term *= value / (mean + i);
+  for (int i = 1; i < max_terms && term > enough * sum; ++i) sum += term *= value / (mean + i);
   return std::min(0.0, mean * std::log(value) - value - std::lgamma(mean + 1) + std::log(sum));
 }
 

@@ -35,31 +35,31 @@ namespace globalmatch {
 /// [GM] gives no values: all are ours.
 struct stem_cylinder_options {
   cylinder_options cylinder = {.usual_taper = 0.005};
-  double column_width = 0.25;   ///< [m] a stem is first looked for in a column of this width
-  int least_points = 15;        ///< on the surface of a stem
-  double least_height = 1.4;    ///< [m] that these points fill, in steps of 0.1 m:
-                                ///< half the understory layer
-  double least_filled = 0.6;    ///< share of the height from the lowest to the
-                                ///< highest of them that they fill
-  double least_share = 0.6;     ///< of the points in and within 0.1 m of a stem,
-                                ///< this share lies on its surface
-  double most_inside = 0.4;     ///< points in a stem, as a share of those on its surface
-  double largest_sigma = 0.01;  ///< [m] uncertainty of the axis in plan: a fifth
-                                ///< of the matching tolerance
+  double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
+  int min_points = 15;         ///< on the surface of a stem
+  double min_height = 1.4;     ///< [m] that these points fill, in steps of 0.1 m:
+                               ///< half the understory layer
+  double min_filled = 0.6;     ///< share of the height from the lowest to the
+                               ///< highest of them that they fill
+  double min_share = 0.6;      ///< of the points in and within 0.1 m of a stem,
+                               ///< this share lies on its surface
+  double max_inside = 0.4;     ///< points in a stem, as a share of those on its surface
+  double max_sigma = 0.01;     ///< [m] uncertainty of the axis in plan: a fifth
+                               ///< of the matching tolerance
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const stem_cylinder_options& options) {
   require_valid(options.cylinder);
   if (!(options.column_width > 0)) throw std::invalid_argument("stems.column_width must be positive");
-  if (!(options.least_height >= 0)) throw std::invalid_argument("stems.least_height must not be negative");
-  for (const double share : {options.least_filled, options.least_share, options.most_inside})
+  if (!(options.min_height >= 0)) throw std::invalid_argument("stems.min_height must not be negative");
+  for (const double share : {options.min_filled, options.min_share, options.max_inside})
     if (!(share >= 0 && share <= 1))
       throw std::invalid_argument(
-          "stems.least_filled, .least_share and "
-          ".most_inside must lie in [0, 1]");
-  if (!(options.largest_sigma > 0)) throw std::invalid_argument("stems.largest_sigma must be positive");
-  if (options.least_points < 6) throw std::invalid_argument("stems.least_points must be at least 6");
+          "stems.min_filled, .min_share and "
+          ".max_inside must lie in [0, 1]");
+  if (!(options.max_sigma > 0)) throw std::invalid_argument("stems.max_sigma must be positive");
+  if (options.min_points < 6) throw std::invalid_argument("stems.min_points must be at least 6");
 }
 
 /// A cylinder that looks like a stem, and what speaks for it.
@@ -108,7 +108,7 @@ class column_raster {
  public:
   /// `members` must come column by column, as points in cells do.
   column_raster(const local_points& points, std::span<const point_index> members, double column_width)
-      : members_(members), cell_(column_width / (2 * reach + 1)) {
+      : members_(members), cell_(column_width / (2 * search_radius + 1)) {
     for (std::uint32_t k = 0; k < members.size(); ++k) {
       const point_index i = members[k];
       const auto x = whole_number(points.x[i] / cell_);
@@ -131,7 +131,7 @@ class column_raster {
   };
 
   /// Middle of the column that fills most height bins, and how many.
-  std::optional<place> fullest() const {
+  std::optional<place> densest() const {
     const auto best = std::max_element(columns_.begin(), columns_.end(),
                                        [](const column& a, const column& b) { return a.bins < b.bins; });
     if (best == columns_.end() || best->bins == 0) return std::nullopt;
@@ -164,11 +164,12 @@ class column_raster {
     for_each_column(box, [&](const column& c) {
       if (gone((c.x + 0.5) * cell_, (c.y + 0.5) * cell_)) const_cast<column&>(c).filled = 0;
     });
-    for_each_column(widened(box, reach * cell_), [&](const column& c) { update(const_cast<column&>(c)); });
+    for_each_column(widened(box, search_radius * cell_),
+                    [&](const column& c) { update(const_cast<column&>(c)); });
   }
 
  private:
-  static constexpr std::int32_t reach = 2;
+  static constexpr std::int32_t search_radius = 2;
   struct column {
     std::int32_t y, x;
     std::uint32_t begin, end = 0;
@@ -198,7 +199,7 @@ class column_raster {
   void update(column& c) {
     std::uint64_t around = 0;
     if (c.filled != 0)
-      for_each_between(c.x - reach, c.x + reach, c.y - reach, c.y + reach,
+      for_each_between(c.x - search_radius, c.x + search_radius, c.y - search_radius, c.y + search_radius,
                        [&](const column& other) { around |= other.filled; });
     c.bins = std::popcount(around);
   }
@@ -215,17 +216,18 @@ template <class Visit>
 void for_each_near(const cell_columns& understory, const cylinder& c, double distance, const Visit& visit) {
   constexpr double half_height = 2;  // [m] the understory layer is less than twice as high, on any slope
   const local_points& points = understory.points();
-  const double sway = half_height * c.axis.head<2>().norm() / c.axis.z();
-  const double widest = c.radius + distance + half_height * std::abs(c.taper);
+  const double horizontal_extent = half_height * c.axis.head<2>().norm() / c.axis.z();
+  const double max_distance = c.radius + distance + half_height * std::abs(c.taper);
   understory.for_each_run_near(
-      c.point.x(), c.point.y(), widest + sway, [&](std::uint32_t begin, std::uint32_t end) {
+      c.point.x(), c.point.y(), max_distance + horizontal_extent,
+      [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
           const double dx = points.x[i] - c.point.x(), dy = points.y[i] - c.point.y(),
                        dz = points.z[i] - c.point.z();
           const double along = c.axis.x() * dx + c.axis.y() * dy + c.axis.z() * dz;
           if (std::abs(along) > 2 * half_height) continue;
           const double squared = dx * dx + dy * dy + dz * dz - along * along;
-          if (squared > widest * widest) continue;
+          if (squared > max_distance * max_distance) continue;
           const double d = std::sqrt(std::max(squared, 0.0)) - c.radius + c.taper * along;
           if (d < distance) visit(static_cast<point_index>(i), d);
         }
@@ -238,10 +240,10 @@ inline Eigen::Vector3d position_of(const local_points& points, point_index i) {
 
 /// Support and evidence of a cylinder; nothing when it does not look like a stem: an upright surface seen
 /// over some height, nothing inside it, little close around it, and its place certain.
-inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_columns& understory,
+inline std::optional<stem_cylinder> score_stem(const cylinder& c, const cell_columns& understory,
                                                const stem_cylinder_options& options) {
-  constexpr double surroundings = 0.10;      // [m]
-  constexpr std::size_t most_points = 1000;  // that the uncertainty is computed from
+  constexpr double surroundings = 0.10;     // [m]
+  constexpr std::size_t max_points = 1000;  // that the uncertainty is computed from
   const double tolerance = options.cylinder.distance_tolerance.value();
   const double rough = 1.5 * tolerance;  // bark and taper
   const local_points& points = understory.points();
@@ -263,10 +265,10 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
     squares += d * d;
     filled |= height_bit(z);
   });
-  if (found.support.size() < std::size_t(options.least_points)) return std::nullopt;
+  if (found.support.size() < std::size_t(options.min_points)) return std::nullopt;
   found.filled_height = std::popcount(filled) * height_bin;
-  if (found.filled_height < options.least_height ||
-      found.filled_height < options.least_filled * (highest - lowest))
+  if (found.filled_height < options.min_height ||
+      found.filled_height < options.min_filled * (highest - lowest))
     return std::nullopt;
 
   std::size_t inside = 0, on_surface = 0, around = 0;
@@ -276,21 +278,20 @@ inline std::optional<stem_cylinder> judge_stem(const cylinder& c, const cell_col
   if (on_surface == 0) return std::nullopt;
   found.surface_share = double(on_surface) / double(inside + on_surface + around);
   found.inside_share = double(inside) / double(on_surface);
-  if (found.surface_share < options.least_share || found.inside_share > options.most_inside)
-    return std::nullopt;
+  if (found.surface_share < options.min_share || found.inside_share > options.max_inside) return std::nullopt;
 
   std::vector<Eigen::Vector3d> support;
-  const std::size_t step = (found.support.size() + most_points - 1) / most_points;
+  const std::size_t step = (found.support.size() + max_points - 1) / max_points;
   for (std::size_t k = 0; k < found.support.size(); k += step)
     support.push_back(position_of(points, found.support[k]));
   found.rms = std::sqrt(squares / double(found.support.size()));
   found.covariance = cylinder_covariance(c, support, std::max(found.rms, tolerance / 4), options.cylinder);
-  if (axis_uncertainty(found.covariance) > options.largest_sigma) return std::nullopt;
+  if (axis_uncertainty(found.covariance) > options.max_sigma) return std::nullopt;
   return found;
 }
 
 /// A line that rises with z: (x, y) = at + slope (z - z0).
-struct rising_line {
+struct vertical_line {
   Eigen::Vector2d at = Eigen::Vector2d::Zero(), slope = Eigen::Vector2d::Zero();
   double z0 = 0;
   Eigen::Vector2d at_height(double z) const { return at + slope * (z - z0); }
@@ -303,16 +304,15 @@ struct rising_line {
 
 /// Follows a column up and down: the line through the middles of its slices, each of the points near it,
 /// from an upright one at `start`. Returns it with the height bins that points near it fill.
-inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
-                                                           const Eigen::Vector2d& start,
-                                                           double largest_slope) {
+inline std::pair<vertical_line, std::uint64_t> follow_column(std::span<const Eigen::Vector3d> points,
+                                                             const Eigen::Vector2d& start, double max_slope) {
   constexpr double slice = 0.2, near = 0.15;  // [m]
-  constexpr int rounds = 6, slices = 32;
-  rising_line line{start, Eigen::Vector2d::Zero(), 0};
+  constexpr int max_iterations = 6, slices = 32;
+  vertical_line line{start, Eigen::Vector2d::Zero(), 0};
   for (const Eigen::Vector3d& p : points) line.z0 += p.z() / double(points.size());
   const double lowest = line.z0 - slice * slices / 2;
   std::uint64_t filled = 0;
-  for (int round = 0; round < rounds; ++round) {
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
     std::array<Eigen::Vector3d, slices> sums;
     std::array<double, slices> counts{};
     sums.fill(Eigen::Vector3d::Zero());
@@ -335,9 +335,9 @@ inline std::pair<rising_line, std::uint64_t> follow_column(std::span<const Eigen
       xyz += m.head<2>() * m.z();
     }
     if (n < 3) break;
-    const double spread = zz - z * z / n;
-    line.slope = (xyz - xy * z / n) / std::max(spread, 1e-6);
-    if (line.slope.norm() > largest_slope) line.slope *= largest_slope / line.slope.norm();
+    const double variance_z = zz - z * z / n;
+    line.slope = (xyz - xy * z / n) / std::max(variance_z, 1e-6);
+    if (line.slope.norm() > max_slope) line.slope *= max_slope / line.slope.norm();
     line.at = (xy - line.slope * z) / n;
   }
   return {line, filled};
@@ -351,16 +351,16 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
   const auto count = static_cast<std::uint32_t>(x.size());
   const auto cut = static_cast<float>(tolerance * tolerance), width = static_cast<float>(tolerance);
   std::optional<Eigen::Vector3d> best;
-  float least_cost = std::numeric_limits<float>::infinity();
-  int draws = options.draws;
-  for (int draw = 0; draw < draws; ++draw) {
+  float best_cost = std::numeric_limits<float>::infinity();
+  int max_iterations = options.max_iterations;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const std::uint32_t i = random.below(count), j = random.below(count), k = random.below(count);
     if (i == j || j == k || i == k) continue;
     const auto circle = circle_through({x[i], y[i]}, {x[j], y[j]}, {x[k], y[k]});
-    if (!circle || circle->z() < options.smallest_radius || circle->z() > options.largest_radius) continue;
+    if (!circle || circle->z() < options.min_radius || circle->z() > options.max_radius) continue;
     const auto cx = float(circle->x()), cy = float(circle->y()), r = float(circle->z());
     float cost = 0;
-    for (std::uint32_t begin = 0; begin < count && cost < least_cost; begin += 64) {
+    for (std::uint32_t begin = 0; begin < count && cost < best_cost; begin += 64) {
       const Eigen::Index some = std::min(count - begin, 64u);
       const auto from_x = Eigen::Map<const Eigen::ArrayXf>(x.data() + begin, some) - cx;
       const auto from_y = Eigen::Map<const Eigen::ArrayXf>(y.data() + begin, some) - cy;
@@ -369,51 +369,52 @@ inline std::optional<Eigen::Vector3d> fit_circle(const std::vector<float>& x, co
       const auto is_inside = ((-width - d) * 1e30f).max(0.0f).min(1.0f);  // 1 or 0
       cost += (d.square().min(cut) + cut * is_inside).sum();
     }
-    if (!(cost < least_cost)) continue;
-    least_cost = cost;
+    if (!(cost < best_cost)) continue;
+    best_cost = cost;
     best = circle;
     // No more draws than it takes to draw three points on the circle almost surely.
     const double off = std::clamp(double(cost) / (double(cut) * count), 0.05, 0.95);
     const double success = std::pow(1 - off, 3);
-    draws = std::min(draws, draw + static_cast<int>(std::ceil(-4.6 / std::log1p(-success))));
+    max_iterations =
+        std::min(max_iterations, iteration + static_cast<int>(std::ceil(-4.6 / std::log1p(-success))));
   }
   return best;
 }
 
-/// The stems of one cluster, `most` of them: again and again the fullest column is followed, until none is
+/// The stems of one cluster, `maximum` of them: again and again the fullest column is followed, until none is
 /// high enough. With `normals`, one for each understory point, cylinders are drawn as in [GM], from points
 /// and their normals.
 inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understory,
                                                    std::span<const point_index> members,
                                                    std::span<const Eigen::Vector3f> normals,
                                                    const stem_cylinder_options& options,
-                                                   random_source& random, std::size_t most) {
-  constexpr double reach = 0.45;            // [m] from the line: thick stems
-  constexpr std::size_t most_points = 500;  // that are fitted
-  constexpr double steep = 0.5;             // height that a column holds of a stem that leans, as a share
+                                                   random_source& random, std::size_t maximum) {
+  constexpr double search_radius = 0.45;    // [m] from the line: thick stems
+  constexpr std::size_t max_points = 500;   // that are fitted
+  constexpr double min_filled_share = 0.5;  // height that a column holds of a stem that leans, as a share
   const local_points& points = understory.points();
   const double tolerance = options.cylinder.distance_tolerance.value();
-  const double largest_slope = std::tan(options.cylinder.largest_lean * std::numbers::pi / 180);
-  const double sway = 1.5 * largest_slope;  // [m] half the understory layer
+  const double max_slope = std::tan(options.cylinder.max_tilt_deg * std::numbers::pi / 180);
+  const double horizontal_extent = 1.5 * max_slope;  // [m] half the understory layer
   std::vector<stem_cylinder> stems;
   column_raster columns(points, members, options.column_width);
   std::vector<point_index> nearby;
   std::vector<Eigen::Vector3d> sample, sample_normals;
-  for (auto column = columns.fullest(); column && stems.size() < most; column = columns.fullest()) {
-    if (column->bins * height_bin < steep * options.least_height) break;
-    const Eigen::AlignedBox2d around = square_about(column->x, column->y, reach + sway);
-    const auto step_for = [](std::size_t count) { return (count + most_points - 1) / most_points; };
+  for (auto column = columns.densest(); column && stems.size() < maximum; column = columns.densest()) {
+    if (column->bins * height_bin < min_filled_share * options.min_height) break;
+    const Eigen::AlignedBox2d around = square_about(column->x, column->y, search_radius + horizontal_extent);
+    const auto step_for = [](std::size_t count) { return (count + max_points - 1) / max_points; };
     sample.clear();
     columns.for_each_in(around, step_for(columns.count_in(around)),
                         [&](point_index i) { sample.push_back(position_of(points, i)); });
-    const auto [line, filled] = follow_column(sample, {column->x, column->y}, largest_slope);
+    const auto [line, filled] = follow_column(sample, {column->x, column->y}, max_slope);
     std::optional<stem_cylinder> stem;
-    if (std::popcount(filled) * height_bin >= options.least_height) {
+    if (std::popcount(filled) * height_bin >= options.min_height) {
       nearby.clear();
-      columns.for_each_in(widened(line.seen_from_above(), reach), 1, [&, l = line](point_index i) {
+      columns.for_each_in(widened(line.seen_from_above(), search_radius), 1, [&, l = line](point_index i) {
         const Eigen::Vector2d at = l.at_height(points.z[i]);
         const Eigen::Vector2d from_line(points.x[i] - at.x(), points.y[i] - at.y());
-        if (from_line.squaredNorm() < reach * reach) nearby.push_back(i);
+        if (from_line.squaredNorm() < search_radius * search_radius) nearby.push_back(i);
       });
       const std::size_t step = step_for(nearby.size());
       sample.clear();
@@ -442,17 +443,17 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
           sample_normals.push_back(normals[nearby[k]].cast<double>());
         fit = fit_cylinder(sample, sample_normals, options.cylinder, random);
       }
-      if (fit) stem = judge_stem(*fit, understory, options);
+      if (fit) stem = score_stem(*fit, understory, options);
     }
     if (stem) {
       const cylinder& c = stem->cylinder;
-      const Eigen::Vector2d lean = c.axis.head<2>() / c.axis.z();
+      const Eigen::Vector2d slope = c.axis.head<2>() / c.axis.z();
       columns.remove(widened(around, c.radius), [&](double x, double y) {
         // near the axis at some height that the stem was seen at
         const Eigen::Vector2d from_middle(x - c.point.x(), y - c.point.y());
         const double share =
-            std::clamp(from_middle.dot(lean) / std::max(lean.squaredNorm(), 1e-9), -1.5, 1.5);
-        return (from_middle - share * lean).norm() < c.radius + 0.05;
+            std::clamp(from_middle.dot(slope) / std::max(slope.squaredNorm(), 1e-9), -1.5, 1.5);
+        return (from_middle - share * slope).norm() < c.radius + 0.05;
       });
       stems.push_back(std::move(*stem));
     }
@@ -463,7 +464,7 @@ inline std::vector<stem_cylinder> stems_of_cluster(const cell_columns& understor
 }
 
 /// Numbers of the clusters, those of most points first.
-inline std::vector<std::size_t> largest_first(const point_clusters& clusters) {
+inline std::vector<std::size_t> by_decreasing_size(const point_clusters& clusters) {
   std::vector<std::size_t> order(clusters.size());
   for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
   std::stable_sort(order.begin(), order.end(),
@@ -473,8 +474,8 @@ inline std::vector<std::size_t> largest_first(const point_clusters& clusters) {
 
 /// Every so many of the members of a cluster, some thousands at most.
 inline std::vector<point_index> thinned(std::span<const point_index> members) {
-  constexpr std::size_t most = 4000;
-  const std::size_t step = (members.size() + most - 1) / most;
+  constexpr std::size_t maximum = 4000;
+  const std::size_t step = (members.size() + maximum - 1) / maximum;
   std::vector<point_index> kept;
   for (std::size_t k = 0; k < members.size(); k += step) kept.push_back(members[k]);
   return kept;
@@ -482,8 +483,8 @@ inline std::vector<point_index> thinned(std::span<const point_index> members) {
 
 /// Scatter [m] of some points about their cylinder, robust against what does not belong to it: 1.48 times the
 /// median distance of those within `band` [m] of the surface.
-inline double scatter_about(const cylinder& c, const local_points& points,
-                            std::span<const point_index> members, double band) {
+inline double noise_about(const cylinder& c, const local_points& points, std::span<const point_index> members,
+                          double band) {
   std::vector<double> distances;
   for (const point_index i : members)
     if (const double d = std::abs(c.surface_distance(position_of(points, i))); d < band)
@@ -498,31 +499,31 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
 /// over them; the default where there are none.
-inline double tolerance_from_scatter(const cell_columns& understory, const point_clusters& clusters,
-                                     std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
-                                     const execution& how) {
-  constexpr std::size_t largest = 30;          // clusters looked at
-  constexpr double least = 0.01, most = 0.04;  // [m]
-  constexpr double band = 2 * most;
+inline double tolerance_from_noise(const cell_columns& understory, const point_clusters& clusters,
+                                   std::span<const Eigen::Vector3f> normals, stem_cylinder_options options,
+                                   const execution& exec) {
+  constexpr std::size_t max_clusters = 30;          // clusters looked at
+  constexpr double minimum = 0.01, maximum = 0.04;  // [m]
+  constexpr double band = 2 * maximum;
   options.cylinder.distance_tolerance = default_distance_tolerance;
-  std::vector<std::size_t> order = largest_first(clusters);
-  order.resize(std::min(order.size(), largest));
+  std::vector<std::size_t> order = by_decreasing_size(clusters);
+  order.resize(std::min(order.size(), max_clusters));
   std::vector<std::vector<double>> of_cluster(order.size());
   parallel_for(
-      how, "scatter", order.size(),
+      exec, "scatter", order.size(),
       [&](std::size_t k) {
         random_source random(options.cylinder.seed, order[k] + 1);
         const std::vector<point_index> members = thinned(clusters[order[k]]);
         for (const stem_cylinder& stem : stems_of_cluster(understory, members, normals, options, random, 1))
-          of_cluster[k].push_back(scatter_about(stem.cylinder, understory.points(), members, band));
+          of_cluster[k].push_back(noise_about(stem.cylinder, understory.points(), members, band));
       },
       1);
-  std::vector<double> scatters;
-  for (const auto& some : of_cluster) scatters.insert(scatters.end(), some.begin(), some.end());
-  if (scatters.empty()) return default_distance_tolerance;
-  const auto middle = scatters.begin() + std::ptrdiff_t(scatters.size() / 2);
-  std::nth_element(scatters.begin(), middle, scatters.end());
-  return std::clamp(3 * *middle, least, most);
+  std::vector<double> noise_levels;
+  for (const auto& some : of_cluster) noise_levels.insert(noise_levels.end(), some.begin(), some.end());
+  if (noise_levels.empty()) return default_distance_tolerance;
+  const auto middle = noise_levels.begin() + std::ptrdiff_t(noise_levels.size() / 2);
+  std::nth_element(noise_levels.begin(), middle, noise_levels.end());
+  return std::clamp(3 * *middle, minimum, maximum);
 }
 
 }  // namespace GLOBALMATCH_THREADING
@@ -536,18 +537,18 @@ inline namespace GLOBALMATCH_THREADING {
 /// stands in the result.
 inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const point_clusters& clusters,
                                           std::span<const Eigen::Vector3f> normals = {},
-                                          stem_cylinder_options options = {}, const execution& how = {}) {
+                                          stem_cylinder_options options = {}, const execution& exec = {}) {
   require_valid(options);
   if (!normals.empty() && normals.size() != understory.points().size())
     throw std::invalid_argument("normals must hold one vector for each understory point");
   if (!options.cylinder.distance_tolerance)
     options.cylinder.distance_tolerance =
-        detail::tolerance_from_scatter(understory, clusters, normals, options, how);
+        detail::tolerance_from_noise(understory, clusters, normals, options, exec);
   std::vector<std::vector<stem_cylinder>> of_cluster(clusters.size());
   const auto order =
-      detail::largest_first(clusters);  // so that no thread is left with a large one at the end
+      detail::by_decreasing_size(clusters);  // so that no thread is left with a large one at the end
   parallel_for(
-      how, "cylinders", clusters.size(),
+      exec, "cylinders", clusters.size(),
       [&](std::size_t k) {
         const std::size_t c = order[k];
         random_source random(options.cylinder.seed, c + 1);

@@ -39,9 +39,9 @@ enum class stem_point_rule {
 
 /// Where the vertical of a map comes from.
 enum class vertical_rule {
-  given,           ///< from the caller ([GM] takes scans as levelled)
-  stems_if_askew,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
-  stems,           ///< from the stems, if there are enough (ours)
+  given,            ///< from the caller ([GM] takes scans as levelled)
+  stems_if_tilted,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
+  stems,            ///< from the stems, if there are enough (ours)
 };
 
 struct mapping_options {
@@ -56,7 +56,7 @@ struct mapping_options {
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
-  vertical_rule vertical = vertical_rule::stems_if_askew;
+  vertical_rule vertical = vertical_rule::stems_if_tilted;
 };
 
 /// How many points and finds each step left.
@@ -131,7 +131,7 @@ constexpr double cell_width =
 
 /// Notes how far the points on surfaces are apart: the first and the last decile.
 template <class Surface>
-void tell_spacing(const std::vector<Surface>& surfaces, stem_map& map) {
+void record_spacing(const std::vector<Surface>& surfaces, stem_map& map) {
   std::vector<float> spacings;
   spacings.reserve(surfaces.size());
   for (const Surface& s : surfaces)
@@ -150,14 +150,14 @@ void tell_spacing(const std::vector<Surface>& surfaces, stem_map& map) {
 inline point_clusters cluster_stem_points(const local_points& understory,
                                           const std::vector<local_surface>& surfaces,
                                           const std::vector<point_index>& vertical,
-                                          const mapping_options& options, const execution& how) {
-  constexpr float least_link = 0.05f, spacings = 3;
+                                          const mapping_options& options, const execution& exec) {
+  constexpr float min_link = 0.05f, spacings = 3;
   std::vector<float> links;
   for (const point_index i : vertical)
     links.push_back(options.link_distance ? static_cast<float>(*options.link_distance)
-                                          : std::max(least_link, spacings * surfaces[i].spacing));
-  const auto least_points = std::size_t(options.stems.least_points);
-  point_clusters clusters = cluster_points(select(understory, vertical), links, least_points, how);
+                                          : std::max(min_link, spacings * surfaces[i].spacing));
+  const auto min_points = std::size_t(options.stems.min_points);
+  point_clusters clusters = cluster_points(select(understory, vertical), links, min_points, exec);
   for (point_index& i : clusters.members) i = vertical[i];
   return clusters;
 }
@@ -173,33 +173,33 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// Stem points by the surfaces through cells.
 inline stem_points stem_points_by_cells(std::vector<local_points> understory, const mapping_options& options,
-                                        stem_map& map, const execution& how) {
+                                        stem_map& map, const execution& exec) {
   const local_frame& frame = map.terrain.frame;
-  stem_points found{cell_sorter(std::move(understory), frame, cell_width).sorted(how), {}, {}};
-  const auto surfaces = estimate_surfaces(found.understory, options.verticality, how);
+  stem_points found{cell_sorter(std::move(understory), frame, cell_width).sorted(exec), {}, {}};
+  const auto surfaces = estimate_surfaces(found.understory, options.verticality, exec);
   found.clusters = cluster_cells(found.understory, surfaces, options.verticality,
-                                 std::size_t(options.stems.least_points), how);
+                                 std::size_t(options.stems.min_points), exec);
   map.funnel.thinned = surfaces.size();
   map.funnel.stem_points =
       std::size_t(std::count_if(surfaces.begin(), surfaces.end(),
                                 [&](const cell_surface& s) { return is_stem_cell(s, options.verticality); }));
-  tell_spacing(surfaces, map);
+  record_spacing(surfaces, map);
   return found;
 }
 
 /// Stem points as in [GM]: one point a voxel, a normal for each.
 inline stem_points stem_points_by_points(const local_points& understory, const mapping_options& options,
-                                         stem_map& map, const execution& how) {
-  local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, how));
-  stem_points found{sort_into_cells(std::move(thinned), cell_width, how), {}, {}};
+                                         stem_map& map, const execution& exec) {
+  local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, exec));
+  stem_points found{sort_into_cells(std::move(thinned), cell_width, exec), {}, {}};
   const local_points& points = found.understory.points();
-  const auto surfaces = estimate_surfaces(points, options.verticality, how);
+  const auto surfaces = estimate_surfaces(points, options.verticality, exec);
   const auto vertical = select_stem_points(surfaces, options.verticality);
-  found.clusters = cluster_stem_points(points, surfaces, vertical, options, how);
+  found.clusters = cluster_stem_points(points, surfaces, vertical, options, exec);
   for (const local_surface& s : surfaces) found.normals.push_back(s.normal);
   map.funnel.thinned = points.size();
   map.funnel.stem_points = vertical.size();
-  tell_spacing(surfaces, map);
+  record_spacing(surfaces, map);
   return found;
 }
 
@@ -215,40 +215,40 @@ inline std::vector<point_index> thin_in_cells(const local_points& sorted,
   constexpr double below = 1 << 24;
   std::vector<point_index> kept;
   Eigen::Array3i cell = Eigen::Array3i::Constant(-1);
-  double least = 0;
+  double minimum = 0;
   for (const point_index i : chosen) {
     const Eigen::Array3d at = sorted[i].array().cast<double>() * (1 / cell_width) + below;
     const Eigen::Array3i own = at.cast<int>();
     const double squared = (at - own.cast<double>() - 0.5).square().sum();
     const bool is_same = (own == cell).all();
-    if (is_same && squared >= least) continue;
+    if (is_same && squared >= minimum) continue;
     if (!is_same) kept.emplace_back();
     kept.back() = i;
     cell = own;
-    least = squared;
+    minimum = squared;
   }
   return kept;
 }
 
 /// Points for a fine registration: on the ground and, thinned, on the stems; frame of the scan.
 inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
-                            stem_map& map, const execution& how) {
+                            stem_map& map, const execution& exec) {
   const local_frame& frame = map.terrain.frame;
   const auto& ground = map.terrain.ground;
   map.ground_samples.resize(ground.size());
-  parallel_for(how, "samples", ground.size(),
+  parallel_for(exec, "samples", ground.size(),
                [&](std::size_t i) { map.ground_samples[i] = frame.to_scan(ground[i].cast<double>()); });
   const Eigen::Matrix3d scan_from_local = frame.local_from_scan_rotation.transpose();
   std::vector<std::vector<point_index>> kept_of(stems.size());
   parallel_for(
-      how, "samples", stems.size(),
+      exec, "samples", stems.size(),
       [&](std::size_t k) { kept_of[k] = thin_in_cells(understory, stems[k].support); }, 4);
   std::vector<std::size_t> first = {0};
   for (const auto& kept : kept_of) first.push_back(first.back() + kept.size());
   map.stem_samples.resize(first.back());
   map.stem_normals.resize(first.back());
   parallel_for(
-      how, "samples", stems.size(),
+      exec, "samples", stems.size(),
       [&](std::size_t k) {
         const cylinder& c = stems[k].cylinder;
         std::size_t at = first[k];
@@ -278,44 +278,44 @@ inline namespace GLOBALMATCH_THREADING {
 
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::Vector3d& up,
-                   const execution& how) {
+                   const execution& exec) {
   stem_map map;
   map.up = map.given_up = up.normalized();
 
   // Digital terrain model
-  ground_model ground = model_ground(scan, options.ground, up, how);
+  ground_model ground = model_ground(scan, options.ground, up, exec);
   map.funnel.ground = ground.funnel;
   map.terrain = std::move(ground.terrain);
 
   // Understory layer
   const bool by_cells = options.rule == stem_point_rule::cells;
   auto layer =
-      select_understory_parts(scan, map.terrain, options.understory, by_cells ? options.voxel_size : 0, how);
+      select_understory_parts(scan, map.terrain, options.understory, by_cells ? options.voxel_size : 0, exec);
   map.funnel.understory = layer.in_layer;
 
   // Stem points, by verticality, in clusters
   const stem_points vertical =
       by_cells
-          ? stem_points_by_cells(std::move(layer.parts), options, map, how)
-          : stem_points_by_points(join_parts(std::move(layer.parts), map.terrain.frame, "understory", how),
-                                  options, map, how);
+          ? stem_points_by_cells(std::move(layer.parts), options, map, exec)
+          : stem_points_by_points(join_parts(std::move(layer.parts), map.terrain.frame, "understory", exec),
+                                  options, map, exec);
   const local_points& understory = vertical.understory.points();
   map.funnel.clusters = vertical.clusters.size();
 
   // Individual stems: cylinders
   auto found =
-      find_stem_cylinders(vertical.understory, vertical.clusters, vertical.normals, options.stems, how);
+      find_stem_cylinders(vertical.understory, vertical.clusters, vertical.normals, options.stems, exec);
   map.distance_tolerance = found.distance_tolerance;
   map.funnel.cylinders = found.stems.size();
 
   // Stem positions: where the axes meet the terrain
   auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
   refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
-                          how);
-  map.stems = locate_stems(stems, understory, map.terrain, how);
+                          exec);
+  map.stems = locate_stems(stems, understory, map.terrain, exec);
   map.funnel.stems = map.stems.size();
   map.upright = upright_of(axes_of(map.stems));
-  collect_samples(stems, understory, map, how);
+  collect_samples(stems, understory, map, exec);
   return map;
 }
 
@@ -323,12 +323,12 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
 }  // namespace detail
 
 /// Whether the scan was clearly not level: its stems stand askew to the `up` that the caller gave.
-inline bool is_askew(const stem_map& map) {
-  return map.upright && is_askew(*map.upright, map.given_up);
+inline bool is_tilted(const stem_map& map) {
+  return map.upright && is_tilted(*map.upright, map.given_up);
 }
 
 /// What of it, for people, and the remedy: "stand 8.1 degrees off the vertical ...".
-inline std::string how_askew(const stem_map& map) {
+inline std::string describe_tilt(const stem_map& map) {
   const int tenths = int(std::lround(angle_between(map.upright->up, map.given_up) * 1800 / std::numbers::pi));
   return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
          " degrees off the vertical" + (map.up_by_stems ? ", which is taken from them instead" : "") +
@@ -342,11 +342,11 @@ inline namespace GLOBALMATCH_THREADING {
 /// is mapped once more.
 template <point_range R>
 void take_vertical_from_stems(const R& scan, const mapping_options& options, stem_map& map,
-                              const execution& how) {
+                              const execution& exec) {
   constexpr double all_found = 15 * std::numbers::pi / 180;  // [rad] half of what stems may lean
   if (angle_between(map.upright->up, map.up) > all_found) {
     const Eigen::Vector3d given = map.given_up, first = map.upright->up;
-    map = detail::map_stems(scan, options, first, how);
+    map = detail::map_stems(scan, options, first, exec);
     map.given_up = given;
   }
   if (map.upright) map.up = map.upright->up;
@@ -364,13 +364,13 @@ inline namespace GLOBALMATCH_THREADING {
 /// option. Cost: linear in the points, n log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {},
-                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   require_valid(options);
   try {
-    stem_map map = detail::map_stems(scan, options, up, how);
+    stem_map map = detail::map_stems(scan, options, up, exec);
     const bool wanted = options.vertical == vertical_rule::stems ||
-                        (options.vertical == vertical_rule::stems_if_askew && is_askew(map));
-    if (wanted && map.upright) detail::take_vertical_from_stems(scan, options, map, how);
+                        (options.vertical == vertical_rule::stems_if_tilted && is_tilted(map));
+    if (wanted && map.upright) detail::take_vertical_from_stems(scan, options, map, exec);
     return map;
   } catch (const operation_cancelled&) {
     stem_map map;

@@ -53,24 +53,25 @@ struct matching_options {
   bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
   /// 0.05), in plan in 4-DoF (but for the edges of `algorithm_1`). Empty: the one at which the pairs are
-  /// least explainable by chance, or a wider one where three standard deviations of the misfits reach
+  /// least explainable by chance, or a wider one where three standard deviations of the residuals reach
   /// further.
-  std::optional<double> tolerance = {};
+  std::optional<double> inlier_threshold = {};
   /// [m] in 4-DoF the heights of paired stems differ by less: where the ground is hidden, by shrubs or in a
   /// hollow, they are off by decimetres (ours)
-  double vertical_tolerance = 1;
+  double vertical_threshold = 1;
   globalmatch::proposal proposal = proposal::triangle_index;
   indexed_matching_options indexed = {};
   triangle_options triangles = {};      ///< of `algorithm_1`
   global_matching_options global = {};  ///< of `algorithm_1`
-  verdict_options verdict = {};
+  decision_options decision = {};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const matching_options& options) {
-  if (options.tolerance && !(*options.tolerance > 0 && std::isfinite(*options.tolerance)))
-    throw std::invalid_argument("tolerance must be positive and finite");
-  if (!(options.vertical_tolerance > 0)) throw std::invalid_argument("vertical_tolerance must be positive");
+  if (options.inlier_threshold &&
+      !(*options.inlier_threshold > 0 && std::isfinite(*options.inlier_threshold)))
+    throw std::invalid_argument("inlier_threshold must be positive and finite");
+  if (!(options.vertical_threshold > 0)) throw std::invalid_argument("vertical_threshold must be positive");
   if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
     throw std::invalid_argument("dof must be four or six");
   if (options.horizontal && options.dof == degrees_of_freedom::six)
@@ -78,7 +79,7 @@ inline void require_valid(const matching_options& options) {
   require_valid(options.indexed);
   require_valid(options.triangles);
   require_valid(options.global);
-  require_valid(options.verdict);
+  require_valid(options.decision);
 }
 
 /// What came of matching, with the evidence to trust or reject it.
@@ -91,10 +92,10 @@ struct matching {
   /// stems elsewhere and pair more of them than stems that stood at random would by chance. The next best one
   /// is always there, where one was found.
   std::vector<hypothesis> hypotheses;
-  std::optional<motion_uncertainty> uncertainty;  ///< of `target_from_source`, in the target's frame
-  std::optional<globalmatch::lattice> rows;       ///< of the target, levelled, where it stands in rows
-  bool horizontal = false;                        ///< heights were ignored
-  double tolerance = 0;                           ///< [m] that was used
+  std::optional<transform_uncertainty> uncertainty;      ///< of `target_from_source`, in the target's frame
+  std::optional<globalmatch::planting_lattice> lattice;  ///< of the target, levelled, where it stands in rows
+  bool horizontal = false;                               ///< heights were ignored
+  double inlier_threshold = 0;                           ///< [m] that was used
   matching_funnel funnel;
 };
 
@@ -121,226 +122,235 @@ inline void in_caller_frames(hypothesis& h, const position_set& source, const po
 /// made, owns its data, may be shared by threads.
 struct prepared_map {
   position_set stems;
-  std::shared_ptr<const plan_index> plan;
-  std::shared_ptr<const stand> background;  ///< what chance can do among its stems
+  std::shared_ptr<const position_index> index;
+  std::shared_ptr<const background_density> background;  ///< what chance can do among its stems
   triangle_index triangles;
-  bool in_plan = true;  ///< edges of the triangles are measured in plan
+  bool horizontal_distances = true;  ///< edges of the triangles are measured in plan
 };
 
 namespace detail {
 
 /// Tolerances [m] that hypotheses are proposed at, and those that they may be paired at in the end: scans of
 /// one instrument agree to centimetres, mobile lidar to decimetres, field surveys to half a metre.
-inline constexpr std::array proposal_tolerances = {0.05, 0.1, 0.2, 0.4};
-inline constexpr std::array pairing_tolerances = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
+inline constexpr std::array proposal_thresholds = {0.05, 0.1, 0.2, 0.4};
+inline constexpr std::array pairing_thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                   0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
 inline namespace GLOBALMATCH_THREADING {
 
-inline prepared_map without_triangles(position_set stems, bool in_plan, const execution& how) {
-  report_progress(how, "plan index", 0);
-  prepared_map map{std::move(stems), nullptr, nullptr, {}, in_plan};
-  map.plan = std::make_shared<plan_index>(map.stems, how);
-  map.background = std::make_shared<stand>(map.stems, map.plan);
+inline prepared_map without_triangles(position_set stems, bool horizontal_distances, const execution& exec) {
+  report_progress(exec, "plan index", 0);
+  prepared_map map{std::move(stems), nullptr, nullptr, {}, horizontal_distances};
+  map.index = std::make_shared<position_index>(map.stems, exec);
+  map.background = std::make_shared<background_density>(map.stems, map.index);
   return map;
 }
 
-/// `least_queried`: maps that are matched against it have so many stems or more, and the triangles of only
+/// `min_queried`: maps that are matched against it have so many stems or more, and the triangles of only
 /// some of its own are found by them.
-inline prepared_map prepare_positions(position_set stems, bool in_plan,
-                                      const indexed_matching_options& options, const execution& how,
-                                      std::size_t least_queried = 0) {
-  prepared_map map = without_triangles(std::move(stems), in_plan, how);
-  const int neighbors =
-      map.stems.size() <= options.few_stems ? options.neighbors_of_few : options.target_neighbors;
+inline prepared_map prepare_positions(position_set stems, bool horizontal_distances,
+                                      const indexed_matching_options& options, const execution& exec,
+                                      std::size_t min_queried = 0) {
+  prepared_map map = without_triangles(std::move(stems), horizontal_distances, exec);
+  const int neighbors = map.stems.size() <= options.exhaustive_max_stems ? options.exhaustive_neighbors
+                                                                         : options.target_neighbors;
   const std::size_t step =
-      std::max<std::size_t>(1, std::min(least_queried, map.stems.size()) / options.enough_stems);
-  map.triangles = triangle_index(map.stems, *map.plan, in_plan, std::size_t(neighbors), how, step);
+      std::max<std::size_t>(1, std::min(min_queried, map.stems.size()) / options.sufficient_stems);
+  map.triangles =
+      triangle_index(map.stems, *map.index, horizontal_distances, std::size_t(neighbors), exec, step);
   return map;
 }
 
 /// Ranked hypotheses by `algorithm_1` at one tolerance.
-inline std::vector<hypothesis> propose_exhaustively(const map_pair& maps, double tolerance,
-                                                    const matching_options& options, matching_funnel& funnel,
-                                                    const execution& how) {
-  const auto source_triangles = build_triangles(maps.source, maps.horizontal, options.triangles, how);
-  const auto target_triangles = build_triangles(maps.target, maps.horizontal, options.triangles, how);
-  const auto pairs = match_locally(source_triangles, target_triangles, tolerance, how);
+inline std::vector<hypothesis> propose_by_algorithm_1(const matching_context& context,
+                                                      double inlier_threshold,
+                                                      const matching_options& options,
+                                                      matching_funnel& funnel, const execution& exec) {
+  const auto source_triangles = build_triangles(context.source, context.horizontal, options.triangles, exec);
+  const auto target_triangles = build_triangles(context.target, context.horizontal, options.triangles, exec);
+  const auto pairs = match_locally(source_triangles, target_triangles, inlier_threshold, exec);
   funnel.source_triangles = source_triangles.size();
   funnel.target_triangles = target_triangles.size();
   funnel.local_pairs += pairs.size();
   std::size_t tested = 0;
-  auto hypotheses = match_globally(maps, pairs, tolerance, options.global, how, &tested);
+  auto hypotheses = match_globally(context, pairs, inlier_threshold, options.global, exec, &tested);
   funnel.tested += tested;
   return hypotheses;
 }
 
 /// Ranked hypotheses by the index at one tolerance after the other, the finest first, until chance no longer
 /// explains what is found. Small maps are searched once more, patiently, when that never happens.
-inline std::vector<hypothesis> propose_by_index(const map_pair& maps, const prepared_map& target,
-                                                const chance& by_chance, std::span<const double> proposing,
+inline std::vector<hypothesis> propose_by_index(const matching_context& context, const prepared_map& target,
+                                                const null_model& null, std::span<const double> proposing,
                                                 std::span<const double> pairing,
                                                 const indexed_matching_options& options,
-                                                matching_funnel& funnel, const execution& how) {
+                                                matching_funnel& funnel, const execution& exec) {
   std::vector<hypothesis> hypotheses;
-  const auto search = [&](const triangle_index& triangles, bool patient) {
-    for (const double tolerance : proposing) {
-      auto proposed =
-          match_by_index(maps, triangles, tolerance, by_chance, pairing, options, patient, funnel, how);
-      for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, maps);
-      keep_best(hypotheses, options.most_hypotheses);
-      if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.enough) return true;
+  const auto search = [&](const triangle_index& triangles, bool exhaustive) {
+    for (const double inlier_threshold : proposing) {
+      auto proposed = match_by_index(context, triangles, inlier_threshold, null, pairing, options, exhaustive,
+                                     funnel, exec);
+      for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, context);
+      keep_best(hypotheses, options.max_hypotheses);
+      if (!hypotheses.empty() && hypotheses.front().log10_nfa < options.sufficient_log10_nfa) return true;
     }
     return false;
   };
-  const std::size_t smaller = std::min(maps.source.size(), maps.target.size());
-  const std::size_t larger = std::max(maps.source.size(), maps.target.size());
-  const bool few = smaller <= options.few_stems;
-  if (few && larger > options.some_stems && search(target.triangles, false)) return hypotheses;
+  const std::size_t smaller = std::min(context.source.size(), context.target.size());
+  const std::size_t larger = std::max(context.source.size(), context.target.size());
+  const bool few = smaller <= options.exhaustive_max_stems;
+  if (few && larger > options.retry_max_stems && search(target.triangles, false)) return hypotheses;
   if (search(target.triangles, few)) return hypotheses;
-  if (larger > options.few_stems && larger <= options.some_stems)
-    search(
-        triangle_index(maps.target, *target.plan, maps.in_plan(), std::size_t(options.neighbors_of_few), how),
-        true);
+  if (larger > options.exhaustive_max_stems && larger <= options.retry_max_stems)
+    search(triangle_index(context.target, *target.index, context.horizontal_distances(),
+                          std::size_t(options.exhaustive_neighbors), exec),
+           true);
   return hypotheses;
 }
 
 /// The target stems that a hypothesis pairs as a stand of their own: some thousands from one place where
 /// there are more, and none where they are too few to tell rows from likeness by chance. They may stand in
 /// rows though most of the map does not.
-inline stand paired_stand(const hypothesis& h, const map_pair& maps) {
-  constexpr std::size_t least = 20;
-  constexpr double most = 4096;
-  const double radius = std::sqrt(most / std::numbers::pi) * maps.target_plan->spacing();
+inline background_density paired_background(const hypothesis& h, const matching_context& context) {
+  constexpr std::size_t minimum = 20;
+  constexpr double maximum = 4096;
+  const double radius = std::sqrt(maximum / std::numbers::pi) * context.target_index->spacing();
   position_set paired;
-  if (h.correspondences.size() >= least) {
-    const auto place = [&](const correspondence& c) { return maps.target.at[c.target]; };
+  if (h.correspondences.size() >= minimum) {
+    const auto place = [&](const correspondence& c) { return context.target.at[c.target]; };
     const Eigen::Vector3d center = place(h.correspondences[h.correspondences.size() / 2]);
     for (const correspondence& c : h.correspondences)
       if ((place(c) - center).head<2>().norm() < radius) paired.at.push_back(place(c));
   }
-  return stand(paired, std::make_shared<plan_index>(paired));
+  return background_density(paired, std::make_shared<position_index>(paired));
 }
 
-/// Of a stand in rows: adds what its gaps or misfits tell, to the evidence and to the hypotheses, and ranks
+/// Of a stand in rows: adds what its gaps or residuals tell, to the evidence and to the hypotheses, and ranks
 /// them.
-template <class Rows>
-void weigh_by(const Rows& rows, double reach, std::vector<hypothesis>& hypotheses, const map_pair& maps,
-              const chance& by_chance, std::span<const double> tolerances) {
-  constexpr std::size_t most = 16;  // motions of the lattice that are tried
-  constexpr double telling = -2;    // log10 of false alarms: the best of all motions of the lattice is near 0
-  std::vector<hypothesis> laid = rows.propose(most);
+template <class Evidence>
+void score_by_lattice(const Evidence& evidence, double search_radius, std::vector<hypothesis>& hypotheses,
+                      const matching_context& context, const null_model& null,
+                      std::span<const double> thresholds) {
+  constexpr std::size_t maximum = 16;  // motions of the lattice that are tried
+  constexpr double significant =
+      -2;  // log10 of false alarms: the best of all motions of the lattice is near 0
+  std::vector<hypothesis> candidates = evidence.propose(maximum);
   // A few stems that happen to meet closely are a hypothesis as well, though most stems say where it lies.
   for (const hypothesis& h : hypotheses)
-    if (auto with_all = verify(maps, maps.pair_stems(h.target_from_source, reach), reach))
-      laid.push_back(std::move(*with_all));
+    if (auto with_all_stems =
+            verify(context, context.pair_stems(h.target_from_source, search_radius), search_radius))
+      candidates.push_back(std::move(*with_all_stems));
   std::vector<hypothesis> distinct = std::move(hypotheses);
-  for (hypothesis& h : laid) {
+  for (hypothesis& h : candidates) {
     // In rows chance explains as much at any tolerance; that of what was found so far may not fit the stems.
-    const double tolerance = tolerance_of_scatter(maps, h, tolerances);
-    weigh(h, maps, by_chance, std::span(&tolerance, 1));
-    const testimony told = rows.testimony_of(h.target_from_source);
-    if (told.log10_false_alarms < std::min(h.log10_false_alarms, telling)) {
-      h.told_by = told.told_by;
-      h.log10_false_alarms = told.log10_false_alarms;
+    const double inlier_threshold = threshold_from_residuals(context, h, thresholds);
+    score_hypothesis(h, context, null, std::span(&inlier_threshold, 1));
+    const evidence_score scored = evidence.score(h.target_from_source);
+    if (scored.log10_nfa < std::min(h.log10_nfa, significant)) {
+      h.evidence = scored.evidence;
+      h.log10_nfa = scored.log10_nfa;
     }
-    add_distinct(std::move(h), distinct, maps);
+    add_distinct(std::move(h), distinct, context);
   }
   hypotheses = std::move(distinct);
   rank(hypotheses);
 }
 
-/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `in_rows`: the
-/// target stands so.
-inline std::vector<hypothesis> settle(std::vector<hypothesis>&& proposed, const map_pair& maps,
-                                      chance by_chance, std::span<const double> tolerances, bool in_rows,
-                                      const indexed_matching_options& options) {
+/// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `has_lattice`:
+/// the target stands so.
+inline std::vector<hypothesis> finalize_hypotheses(std::vector<hypothesis>&& proposed,
+                                                   const matching_context& context, null_model null,
+                                                   std::span<const double> thresholds, bool has_lattice,
+                                                   const indexed_matching_options& options) {
   if (proposed.empty()) return {};
   hypothesis best = std::move(proposed.front());
-  fit_robustly(best, maps);
-  by_chance.reckon_with_rows_of(paired_stand(best, maps));
-  by_chance.judge(best, by_chance.lay(best.target_from_source, best.tolerance, best.tolerance));
+  fit_robustly(best, context);
+  null.include_lattice_of(paired_background(best, context));
+  null.score(best,
+             null.residuals_under(best.target_from_source, best.inlier_threshold, best.inlier_threshold));
   // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
-  const double tolerance = best.tolerance;
-  std::vector<hypothesis> settled, rivals = lattice_rivals(best, maps);
-  std::move(proposed.begin() + 1, proposed.end(), std::back_inserter(rivals));
-  settled.push_back(std::move(best));
-  for (hypothesis& rival : rivals) {
-    weigh(rival, maps, by_chance, std::span(&tolerance, 1));
-    add_distinct(std::move(rival), settled, maps);
+  const double inlier_threshold = best.inlier_threshold;
+  std::vector<hypothesis> finalized, alternatives = lattice_alternatives(best, context);
+  std::move(proposed.begin() + 1, proposed.end(), std::back_inserter(alternatives));
+  finalized.push_back(std::move(best));
+  for (hypothesis& alternative : alternatives) {
+    score_hypothesis(alternative, context, null, std::span(&inlier_threshold, 1));
+    add_distinct(std::move(alternative), finalized, context);
   }
-  rank(settled);
-  const auto ask = [&] { return in_rows && settled.front().log10_false_alarms > options.enough; };
-  const auto rows = ask() ? find_lattice(*maps.target_plan) : std::nullopt;
-  if (rows) {
-    const lattice_gaps gaps(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
-    weigh_by(gaps, rows->reach(), settled, maps, by_chance, tolerances);
+  rank(finalized);
+  const auto is_undecided = [&] {
+    return has_lattice && finalized.front().log10_nfa > options.sufficient_log10_nfa;
+  };
+  const auto lattice = is_undecided() ? find_lattice(*context.target_index) : std::nullopt;
+  if (lattice) {
+    const lattice_gaps gaps(context, *lattice, align_lattices(context, *lattice, finalized));
+    score_by_lattice(gaps, lattice->search_radius(), finalized, context, null, thresholds);
   }
-  if (rows && ask()) {
-    const lattice_misfits misfits(maps, *rows, lay_rows_on_rows(maps, *rows, settled));
-    weigh_by(misfits, rows->reach(), settled, maps, by_chance, tolerances);
+  if (lattice && is_undecided()) {
+    const lattice_residuals residuals(context, *lattice, align_lattices(context, *lattice, finalized));
+    score_by_lattice(residuals, lattice->search_radius(), finalized, context, null, thresholds);
   }
-  keep_best(settled, options.most_hypotheses);
-  complete_pairs(settled.front(), maps, tolerances);
-  return settled;
+  keep_best(finalized, options.max_hypotheses);
+  complete_pairs(finalized.front(), context, thresholds);
+  return finalized;
 }
 
 /// Ranked hypotheses, weighed against chance.
-inline std::vector<hypothesis> propose(const map_pair& maps, const prepared_map& target,
+inline std::vector<hypothesis> propose(const matching_context& context, const prepared_map& target,
                                        const matching_options& options, matching_funnel& funnel,
-                                       const execution& how) {
-  using tolerances = std::span<const double>;
-  const tolerances proposing = options.tolerance ? tolerances(&*options.tolerance, 1) : proposal_tolerances;
-  const tolerances pairing = options.tolerance ? proposing : pairing_tolerances;
-  const chance by_chance(maps, target.background, pairing, proposing);
+                                       const execution& exec) {
+  using thresholds = std::span<const double>;
+  const thresholds proposing =
+      options.inlier_threshold ? thresholds(&*options.inlier_threshold, 1) : proposal_thresholds;
+  const thresholds pairing = options.inlier_threshold ? proposing : pairing_thresholds;
+  const null_model null(context, target.background, pairing, proposing);
   std::vector<hypothesis> hypotheses;
   if (options.proposal == proposal::triangle_index) {
-    hypotheses = propose_by_index(maps, target, by_chance, proposing, pairing, options.indexed, funnel, how);
+    hypotheses = propose_by_index(context, target, null, proposing, pairing, options.indexed, funnel, exec);
   } else {
-    for (const double tolerance : proposing) {
-      for (hypothesis& h : propose_exhaustively(maps, tolerance, options, funnel, how)) {
-        weigh(h, maps, by_chance, pairing);
-        add_distinct(std::move(h), hypotheses, maps);
+    for (const double inlier_threshold : proposing) {
+      for (hypothesis& h : propose_by_algorithm_1(context, inlier_threshold, options, funnel, exec)) {
+        score_hypothesis(h, context, null, pairing);
+        add_distinct(std::move(h), hypotheses, context);
       }
       rank(hypotheses);
-      if (!hypotheses.empty() && hypotheses.front().log10_false_alarms < options.indexed.enough) break;
+      if (!hypotheses.empty() && hypotheses.front().log10_nfa < options.indexed.sufficient_log10_nfa) break;
     }
   }
-  return settle(std::move(hypotheses), maps, by_chance, pairing, target.background->is_in_rows(),
-                options.indexed);
+  return finalize_hypotheses(std::move(hypotheses), context, null, pairing, target.background->has_lattice(),
+                             options.indexed);
 }
 
 /// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next
 /// best one.
-inline void forget_what_chance_explains(std::vector<hypothesis>& hypotheses, const verdict_options& options) {
+inline void remove_insignificant(std::vector<hypothesis>& hypotheses, const decision_options& options) {
   const auto explained = [&](const hypothesis& h) {
-    return std::min(h.log10_false_alarms, h.log10_false_alarms_at_random) >
-           std::log10(options.most_false_alarms);
+    return std::min(h.log10_nfa, h.log10_nfa_poisson) > std::log10(options.max_nfa);
   };
   if (hypotheses.size() > 2)
     hypotheses.erase(std::remove_if(hypotheses.begin() + 2, hypotheses.end(), explained), hypotheses.end());
 }
 
-/// Judges the hypotheses, which are in the frames of `maps`, and tells the caller in theirs.
-inline void conclude(matching& result, const map_pair& maps, const matching_options& options) {
-  maps.say_on_the_way();
-  const verdict judged = judge(result.hypotheses, maps, options.verdict);
-  result.outcome = judged.outcome;
-  result.reason = judged.reason;
-  maps.say_on_the_way();
-  result.probability = probability_of(result.hypotheses, options.verdict);
+/// Judges the hypotheses, which are in the frames of `context`, and tells the caller in theirs.
+inline void conclude(matching& result, const matching_context& context, const matching_options& options) {
+  context.poll_cancelled();
+  const decision decided = decide(result.hypotheses, context, options.decision);
+  result.outcome = decided.outcome;
+  result.reason = decided.reason;
+  context.poll_cancelled();
+  result.probability = probability_of(result.hypotheses, options.decision);
   if (result.hypotheses.empty()) {
-    result.tolerance = options.tolerance.value_or(proposal_tolerances.back());
+    result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds.back());
     return;
   }
   if (result.outcome == outcome::registered) {
-    result.uncertainty = uncertainty_of(result.hypotheses.front(), maps);
-    if (result.uncertainty) result.uncertainty = in_caller_frame(*result.uncertainty, maps.target.frame);
+    result.uncertainty = uncertainty_of(result.hypotheses.front(), context);
+    if (result.uncertainty) result.uncertainty = in_caller_frame(*result.uncertainty, context.target.frame);
   }
-  maps.say_on_the_way();
-  for (hypothesis& h : result.hypotheses) in_caller_frames(h, maps.source, maps.target);
+  context.poll_cancelled();
+  for (hypothesis& h : result.hypotheses) in_caller_frames(h, context.source, context.target);
   const hypothesis& best = result.hypotheses.front();
-  result.tolerance = best.tolerance;
+  result.inlier_threshold = best.inlier_threshold;
   result.funnel.consensus = best.consensus;
   result.funnel.correspondences = best.correspondences.size();
   if (result.outcome == outcome::registered) result.target_from_source = best.target_from_source;
@@ -349,35 +359,36 @@ inline void conclude(matching& result, const map_pair& maps, const matching_opti
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
 /// prepared map is the caller's source.
 inline matching match_prepared(const position_set& source, const prepared_map& target,
-                               const matching_options& options, const execution& how, bool swapped = false) {
+                               const matching_options& options, const execution& exec, bool swapped = false) {
   require_valid(options);
-  require_valid(how);
-  if (!target.plan) throw std::invalid_argument("target: the map was not prepared; prepare_map does that");
+  require_valid(exec);
+  if (!target.index) throw std::invalid_argument("target: the map was not prepared; prepare_map does that");
   if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   matching result;
   result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
-  report_progress(how, "plan index", 0);
-  map_pair maps(source, target.stems, std::make_shared<plan_index>(source, how), target.plan,
-                result.horizontal, options.dof, options.vertical_tolerance);
-  maps.on_the_way = [&] { report_progress(how, "verification", 0); };
-  maps.say_on_the_way();
-  if (options.proposal == proposal::triangle_index && maps.in_plan() != target.in_plan)
-    throw std::invalid_argument(maps.in_plan()
+  report_progress(exec, "plan index", 0);
+  matching_context context(source, target.stems, std::make_shared<position_index>(source, exec), target.index,
+                           result.horizontal, options.dof, options.vertical_threshold);
+  context.on_poll = [&] { report_progress(exec, "verification", 0); };
+  context.poll_cancelled();
+  if (options.proposal == proposal::triangle_index &&
+      context.horizontal_distances() != target.horizontal_distances)
+    throw std::invalid_argument(context.horizontal_distances()
                                     ? "target was prepared for distances in space; prepare it with dof four"
                                     : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
-  result.hypotheses = propose(maps, target, options, result.funnel, how);
-  forget_what_chance_explains(result.hypotheses, options.verdict);
+  result.hypotheses = propose(context, target, options, result.funnel, exec);
+  remove_insignificant(result.hypotheses, options.decision);
   if (swapped) {
     for (hypothesis& h : result.hypotheses) h = reversed(std::move(h));
     std::swap(result.funnel.source_stems, result.funnel.target_stems);
     std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
   }
-  if (target.background->is_in_rows())
-    result.rows = find_lattice(swapped ? *maps.source_plan : *maps.target_plan);
-  conclude(result, swapped ? maps.reversed() : maps, options);
+  if (target.background->has_lattice())
+    result.lattice = find_lattice(swapped ? *context.source_index : *context.target_index);
+  conclude(result, swapped ? context.reversed() : context, options);
   return result;
 }
 
@@ -390,16 +401,18 @@ inline namespace GLOBALMATCH_THREADING {
 /// are already behind the border, but throws `operation_cancelled`. The larger map is indexed, the smaller
 /// one asks.
 inline matching match_positions(position_set source, position_set target,
-                                const matching_options& options = {}, const execution& how = {}) {
+                                const matching_options& options = {}, const execution& exec = {}) {
   require_valid(options);
   if (options.proposal == proposal::algorithm_1)
-    return detail::match_prepared(source, detail::without_triangles(std::move(target), true, how), options,
-                                  how);
-  const bool in_plan = options.dof == degrees_of_freedom::four, swapped = source.size() > target.size();
+    return detail::match_prepared(source, detail::without_triangles(std::move(target), true, exec), options,
+                                  exec);
+  const bool horizontal_distances = options.dof == degrees_of_freedom::four,
+             swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
-  return detail::match_prepared(
-      source, detail::prepare_positions(std::move(target), in_plan, options.indexed, how, source.size()),
-      options, how, swapped);
+  return detail::match_prepared(source,
+                                detail::prepare_positions(std::move(target), horizontal_distances,
+                                                          options.indexed, exec, source.size()),
+                                options, exec, swapped);
 }
 
 /// Prepares a map that many others are matched against, with heights or without. Positions as in
@@ -407,22 +420,22 @@ inline matching match_positions(position_set source, position_set target,
 /// `operation_cancelled` when the progress callback says so. Cost: linear in the stems.
 template <position_range R>
 prepared_map prepare_map(const R& stems, const matching_options& options = {},
-                         const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+                         const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   require_valid(options);
-  position_set set = import_positions(stems, up, "stems", how);
-  const bool in_plan = options.dof == degrees_of_freedom::four;
-  if (!in_plan && !set.has_heights)
+  position_set set = import_positions(stems, up, "stems", exec);
+  const bool horizontal_distances = options.dof == degrees_of_freedom::four;
+  if (!horizontal_distances && !set.has_heights)
     throw std::invalid_argument("dof: six degrees of freedom need heights in the map");
-  return detail::prepare_positions(std::move(set), in_plan, options.indexed, how);
+  return detail::prepare_positions(std::move(set), horizontal_distances, options.indexed, exec);
 }
 
 /// Matches positions against a prepared map, the larger one of both: triangles of the source are looked up in
 /// it. Throws `std::invalid_argument` also when it was prepared for other degrees of freedom, or not at all.
 template <position_range Source>
 matching match_stems(const Source& source, const prepared_map& target, const matching_options& options = {},
-                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   try {
-    return detail::match_prepared(import_positions(source, up, "source", how), target, options, how);
+    return detail::match_prepared(import_positions(source, up, "source", exec), target, options, exec);
   } catch (const operation_cancelled& e) {
     return detail::cancelled_matching(e);
   }
@@ -435,10 +448,10 @@ matching match_stems(const Source& source, const prepared_map& target, const mat
 /// linear in the stems, n log n to sort them; with `proposal::algorithm_1` about quadratic.
 template <position_range Source, position_range Target>
 matching match_stems(const Source& source, const Target& target, const matching_options& options = {},
-                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& how = {}) {
+                     const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   try {
-    return match_positions(import_positions(source, up, "source", how),
-                           import_positions(target, up, "target", how), options, how);
+    return match_positions(import_positions(source, up, "source", exec),
+                           import_positions(target, up, "target", exec), options, exec);
   } catch (const operation_cancelled& e) {
     return detail::cancelled_matching(e);
   }

@@ -52,26 +52,27 @@ struct point_traits<stem> {
 /// The better supported one stays, refined over both. Cylinders that do not meet the terrain are left out.
 inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const local_points& understory,
                                                   const terrain& ground, const cylinder_options& options) {
-  struct rooted {
+  struct fragment_with_base {
     stem_cylinder stem;
     double ground_height;
   };
-  std::vector<rooted> fragments, merged;
+  std::vector<fragment_with_base> fragments, merged;
   for (stem_cylinder& s : found.stems)
-    if (const auto foot = meet_terrain(s.cylinder, ground)) fragments.push_back({std::move(s), foot->z()});
-  detail::sort_stably(fragments, [](const rooted& a, const rooted& b) {
+    if (const auto base = intersect_terrain(s.cylinder, ground))
+      fragments.push_back({std::move(s), base->z()});
+  detail::sort_stably(fragments, [](const fragment_with_base& a, const fragment_with_base& b) {
     return a.stem.support.size() > b.stem.support.size();
   });
-  const auto same_stem = [](const rooted& a, const rooted& b) {
+  const auto same_stem = [](const fragment_with_base& a, const fragment_with_base& b) {
     const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
     const auto touch = [&](double z) {
       return (ca.at_height(z) - cb.at_height(z)).norm() < std::max(ca.radius, cb.radius);
     };
     return touch(a.ground_height) || touch(ca.point.z()) || touch(cb.point.z());
   };
-  for (rooted& fragment : fragments) {
-    const auto whole =
-        std::find_if(merged.begin(), merged.end(), [&](const rooted& r) { return same_stem(r, fragment); });
+  for (fragment_with_base& fragment : fragments) {
+    const auto whole = std::find_if(merged.begin(), merged.end(),
+                                    [&](const fragment_with_base& r) { return same_stem(r, fragment); });
     if (whole == merged.end()) {
       merged.push_back(std::move(fragment));
       continue;
@@ -86,7 +87,7 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
     whole->stem.support = std::move(support);
   }
   std::vector<stem_cylinder> stems;
-  for (rooted& r : merged) stems.push_back(std::move(r.stem));
+  for (fragment_with_base& r : merged) stems.push_back(std::move(r.stem));
   return stems;
 }
 
@@ -94,9 +95,9 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
 /// points fill, their share of all points around, and how sure its place is. Ours, fitted to the tuning seeds
 /// of simulated scans (docs/deviations.md).
 inline double stem_quality(const stem_cylinder& found) {
-  constexpr double least_sigma = 1e-4;  // [m]
+  constexpr double min_sigma = 1e-4;  // [m]
   const double evidence = 2.37 * found.filled_height + 11.46 * found.surface_share -
-                          0.73 * std::log(axis_uncertainty(found.covariance) + least_sigma) - 16.14;
+                          0.73 * std::log(axis_uncertainty(found.covariance) + min_sigma) - 16.14;
   return 1 / (1 + std::exp(-evidence));
 }
 
@@ -127,8 +128,8 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   // Points that bark, sweep and bow shift err alike: stems are off by so many times what their points, had
   // they erred alone, would make them (ours, from the tuning seeds of simulated scans; see
   // docs/deviations.md).
-  constexpr double alike = 2.3;
-  auto position = meet_terrain(found.cylinder, ground);
+  constexpr double calibration = 2.3;
+  auto position = intersect_terrain(found.cylinder, ground);
   if (!position) return std::nullopt;
   stem s;
   if (const auto at = ground_at(ground, position->x(), position->y(), found.cylinder.radius)) {
@@ -137,16 +138,17 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   }
   s.position = ground.frame.to_scan(*position);
   s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
-  const double foot = found.cylinder.axis.dot(*position - found.cylinder.point);
+  const double base = found.cylinder.axis.dot(*position - found.cylinder.point);
   const double lean = found.cylinder.axis.head<2>().norm() / found.cylinder.axis.z();
-  s.position_sigma = std::hypot(alike * axis_uncertainty(found.covariance, foot), lean * s.height_sigma);
+  s.position_sigma =
+      std::hypot(calibration * axis_uncertainty(found.covariance, base), lean * s.height_sigma);
   s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
-  s.radius_sigma =
-      std::hypot(alike * radius_uncertainty(found.covariance, foot + breast_height / found.cylinder.axis.z()),
-                 found.cylinder.taper * s.height_sigma);
+  s.radius_sigma = std::hypot(
+      calibration * radius_uncertainty(found.covariance, base + breast_height / found.cylinder.axis.z()),
+      found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
-  s.ground_seen = ground.knows(position->x(), position->y());
+  s.ground_seen = ground.is_known(position->x(), position->y());
   s.support = detail::in_scan_order(found.support, points);
   return s;
 }
@@ -156,10 +158,10 @@ inline namespace GLOBALMATCH_THREADING {
 /// Stems in the frame of the scan, for the cylinders whose axes meet the terrain, ordered by position (x, y,
 /// z). `points` are the stem points that the supports count in. Parallel over stems.
 inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinders, const local_points& points,
-                                      const terrain& ground, const execution& how = {}) {
+                                      const terrain& ground, const execution& exec = {}) {
   std::vector<std::optional<stem>> located(cylinders.size());
   parallel_for(
-      how, "stem positions", cylinders.size(),
+      exec, "stem positions", cylinders.size(),
       [&](std::size_t i) { located[i] = locate_stem(cylinders[i], points, ground); }, 4);
   std::vector<stem> stems;
   for (auto& s : located)

@@ -23,14 +23,14 @@ namespace globalmatch {
 /// the stem does not meet the terrain.
 inline std::vector<Eigen::Vector3d> above_root_flare(const stem_cylinder& stem, const local_points& points,
                                                      const terrain& ground) {
-  constexpr double root_flare = 0.4;        // [m] above the ground
-  constexpr std::size_t most_points = 800;  // that are fitted
+  constexpr double root_flare = 0.4;       // [m] above the ground
+  constexpr std::size_t max_points = 800;  // that are fitted
   std::vector<Eigen::Vector3d> above;
-  const auto foot = meet_terrain(stem.cylinder, ground);
-  if (!foot) return above;
-  const std::size_t step = (stem.support.size() + most_points - 1) / most_points;
+  const auto base = intersect_terrain(stem.cylinder, ground);
+  if (!base) return above;
+  const std::size_t step = (stem.support.size() + max_points - 1) / max_points;
   for (std::size_t k = 0; k < stem.support.size(); k += step)
-    if (const auto p = points[stem.support[k]]; p.z() > foot->z() + root_flare)
+    if (const auto p = points[stem.support[k]]; p.z() > base->z() + root_flare)
       above.push_back(p.cast<double>());
   return above;
 }
@@ -52,27 +52,27 @@ inline namespace GLOBALMATCH_THREADING {
 /// support, each fitted with next to no taper expected. Nothing where that are too few to tell.
 inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stems, const local_points& points,
                                           const terrain& ground, double tolerance, cylinder_options options,
-                                          const execution& how = {}) {
-  constexpr std::size_t least_stems = 10;
+                                          const execution& exec = {}) {
+  constexpr std::size_t min_stems = 10;
   std::vector<const stem_cylinder*> best;
   for (const stem_cylinder& s : stems) best.push_back(&s);
   std::stable_sort(best.begin(), best.end(),
                    [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
   best.resize(stems.size() / 4);
   options.taper_weight = 1;
-  std::vector<std::optional<double>> told(best.size());
+  std::vector<std::optional<double>> relative_tapers(best.size());
   parallel_for(
-      how, "stem positions", best.size(),
+      exec, "stem positions", best.size(),
       [&](std::size_t i) {
         const auto above = above_root_flare(*best[i], points, ground);
         if (const auto fit = refine_cylinder(best[i]->cylinder, above, tolerance, options))
-          told[i] = fit->taper / fit->radius;
+          relative_tapers[i] = fit->taper / fit->radius;
       },
       4);
   std::vector<double> tapers;
-  for (const auto& taper : told)
+  for (const auto& taper : relative_tapers)
     if (taper) tapers.push_back(*taper);
-  if (tapers.size() < least_stems) return std::nullopt;
+  if (tapers.size() < min_stems) return std::nullopt;
   const auto middle = tapers.begin() + std::ptrdiff_t(tapers.size() / 2);
   std::nth_element(tapers.begin(), middle, tapers.end());
   return *middle;
@@ -84,17 +84,17 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
 /// `options.usual_taper` the stems are cylinders proper and stay as they are.
 inline void refit_with_common_taper(std::vector<stem_cylinder>& stems, const local_points& points,
                                     const terrain& ground, double tolerance, const cylinder_options& options,
-                                    const execution& how = {}) {
-  constexpr double told_by_scan = 2;  // so many times as firmly it is then held
+                                    const execution& exec = {}) {
+  constexpr double common_weight = 2;  // so many times as firmly it is then held
   if (!options.usual_taper) return;
-  const auto relative_taper = common_taper(stems, points, ground, tolerance, options, how);
+  const auto relative_taper = common_taper(stems, points, ground, tolerance, options, exec);
   parallel_for(
-      how, "stem positions", stems.size(),
+      exec, "stem positions", stems.size(),
       [&](std::size_t i) {
         cylinder_options own = options;
         if (relative_taper) {
           own.usual_taper = *relative_taper * stems[i].cylinder.radius;
-          own.taper_weight *= told_by_scan;
+          own.taper_weight *= common_weight;
         }
         refit_above_root_flare(stems[i], points, ground, tolerance, own);
       },

@@ -47,30 +47,31 @@ class terrain {
   }
 
   /// Whether ground was seen near (x, y).
-  bool knows(double x, double y) const {
+  bool is_known(double x, double y) const {
     if (!covers(x, y)) return false;
     const int c = std::min(static_cast<int>(x / resolution), columns - 1);
     const int r = std::min(static_cast<int>(y / resolution), rows - 1);
     return has_data[node(c, r)] != 0;
   }
 
-  /// Calls `visit(p)` for the ground points of the nodes within `reach` [m] of (x, y), in each coordinate.
+  /// Calls `visit(p)` for the ground points of the nodes within `search_radius` [m] of (x, y), in each
+  /// coordinate.
   template <class Visit>
-  void for_each_ground_near(double x, double y, double reach, const Visit& visit) const {
+  void for_each_ground_near(double x, double y, double search_radius, const Visit& visit) const {
     if (first_ground.empty()) return;
-    const auto number = [&](double v, int most) {
-      return static_cast<int>(std::clamp(std::floor(v / resolution), 0.0, double(most - 1)));
+    const auto number = [&](double v, int maximum) {
+      return static_cast<int>(std::clamp(std::floor(v / resolution), 0.0, double(maximum - 1)));
     };
-    const int left = number(x - reach, columns), right = number(x + reach, columns);
-    const int top = number(y + reach, rows);
-    for (int r = number(y - reach, rows); r <= top; ++r)
+    const int left = number(x - search_radius, columns), right = number(x + search_radius, columns);
+    const int top = number(y + search_radius, rows);
+    for (int r = number(y - search_radius, rows); r <= top; ++r)
       for (std::uint32_t i = first_ground[node(left, r)]; i < first_ground[node(right, r) + 1]; ++i)
         visit(ground[i]);
   }
 
   /// Height at (x, y), or nothing outside the raster and where no ground was seen.
   std::optional<double> height_at(double x, double y) const {
-    if (!knows(x, y)) return std::nullopt;
+    if (!is_known(x, y)) return std::nullopt;
     return interpolated_height(x, y);
   }
 };

@@ -43,22 +43,22 @@ inline std::optional<Eigen::Isometry3d> fit_transform(std::span<const Eigen::Vec
   for (std::size_t i = 0; i < source.size(); ++i)
     covariance += weight(i) * (source[i] - source_mean) * (target[i] - target_mean).transpose();
 
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
   constexpr double negligible = 1e-12;
   if (dof == degrees_of_freedom::four) {
     const double cosine = covariance(0, 0) + covariance(1, 1), sine = covariance(0, 1) - covariance(1, 0);
     if (std::hypot(cosine, sine) <= negligible * sum) return std::nullopt;
-    motion.linear() =
+    transform.linear() =
         Eigen::AngleAxisd(std::atan2(sine, cosine), Eigen::Vector3d::UnitZ()).toRotationMatrix();
   } else {  // Sorkine-Hornung and Rabinovich 2017, Least-squares rigid motion using SVD
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
     if (svd.singularValues()(1) <= negligible * std::max(sum, svd.singularValues()(0))) return std::nullopt;
     const Eigen::Matrix3d v = svd.matrixV(), u = svd.matrixU();
     const double handedness = (v * u.transpose()).determinant() < 0 ? -1 : 1;
-    motion.linear() = v * Eigen::Vector3d(1, 1, handedness).asDiagonal() * u.transpose();
+    transform.linear() = v * Eigen::Vector3d(1, 1, handedness).asDiagonal() * u.transpose();
   }
-  motion.translation() = target_mean - motion.linear() * source_mean;
-  return motion;
+  transform.translation() = target_mean - transform.linear() * source_mean;
+  return transform;
 }
 
 }  // namespace globalmatch

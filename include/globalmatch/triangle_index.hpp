@@ -28,12 +28,12 @@ inline namespace GLOBALMATCH_THREADING {
 
 /// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
 /// the map has fewer. Parallel.
-inline std::vector<stem_index> nearest_stems(const plan_index& stems, std::size_t count,
-                                             const execution& how = {}, std::size_t step = 1) {
+inline std::vector<stem_index> nearest_stems(const position_index& stems, std::size_t count,
+                                             const execution& exec = {}, std::size_t step = 1) {
   count = std::min(count, stems.size() - std::min<std::size_t>(stems.size(), 1));
   const std::size_t asking = (stems.size() + step - 1) / step;
   std::vector<stem_index> nearest(asking * count);
-  parallel_chunks(how, "neighbors", asking, 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "neighbors", asking, 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<double>> found;
     for (std::size_t i = begin; i < end; ++i) {
       stems.nearest(i * step, count, found);
@@ -49,17 +49,17 @@ class triangle_index {
   triangle_index() = default;
 
   /// Every `step`th stem makes triangles, with `neighbors` nearest stems.
-  triangle_index(const position_set& stems, const plan_index& plan, bool horizontal, std::size_t neighbors,
-                 const execution& how = {}, std::size_t step = 1) {
+  triangle_index(const position_set& stems, const position_index& index, bool horizontal,
+                 std::size_t neighbors, const execution& exec = {}, std::size_t step = 1) {
     step = std::max<std::size_t>(step, 1);
-    const auto nearest = nearest_stems(plan, neighbors, how, step);
+    const auto nearest = nearest_stems(index, neighbors, exec, step);
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;
-    constexpr std::size_t chunk = 1024, most_parts = 8;
+    constexpr std::size_t chunk = 1024, max_parts = 8;
     constexpr float cell = 0.05f;  // [m] the finest tolerance that is asked for, as a rule
     std::vector<std::vector<triangle_grid::item>> made((makers + chunk - 1) / chunk);
-    parallel_chunks(how, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
+    parallel_chunks(exec, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto maker = static_cast<stem_index>(i * step);
         for_each_own_triangle(nearest, neighbors, step, maker, [&](stem_index a, stem_index b) {
@@ -70,23 +70,23 @@ class triangle_index {
     });
     std::size_t count = 0;
     for (const auto& of_chunk : made) count += of_chunk.size();
-    const std::size_t parts = std::min({made.size(), std::size_t(thread_count(how)), most_parts});
+    const std::size_t parts = std::min({made.size(), std::size_t(thread_count(exec)), max_parts});
     triangles_ = triangle_grid(
         count, cell, parts,
         [&](std::size_t part, std::size_t all, const auto& visit) {
           for (std::size_t c = part * made.size() / all; c < (part + 1) * made.size() / all; ++c)
             for (const triangle_grid::item& i : made[c]) visit(i);
         },
-        [&](std::size_t all, const auto& work) { parallel_for(how, "triangle cells", all, work, 1); });
+        [&](std::size_t all, const auto& work) { parallel_for(exec, "triangle cells", all, work, 1); });
   }
 
   std::size_t size() const { return triangles_.size(); }
 
-  /// Calls `visit(vertices)` for the triangles whose edges differ by no more than `tolerance` [m], to the
+  /// Calls `visit(vertices)` for the triangles whose edges differ by no more than `epsilon` [m], to the
   /// precision of a float.
   template <class Visit>
-  void for_each_like(const triangle& t, double tolerance, const Visit& visit) const {
-    triangles_.for_each_near(edge_point(t), float(tolerance), [&](const auto& item) { visit(item.label); });
+  void for_each_like(const triangle& t, double epsilon, const Visit& visit) const {
+    triangles_.for_each_near(edge_point(t), float(epsilon), [&](const auto& item) { visit(item.label); });
   }
 
  private:

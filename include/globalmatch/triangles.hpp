@@ -34,8 +34,9 @@ inline void require_valid(const triangle_options& options) {
 /// above.
 struct triangle {
   std::array<stem_index, 3> vertices;
-  std::array<double, 3> edges;                                   ///< [m] edges[i] lies opposite vertices[i]
-  double plan_height = std::numeric_limits<double>::infinity();  ///< [m] in plan, over the edge longest there
+  std::array<double, 3> edges;  ///< [m] edges[i] lies opposite vertices[i]
+  double horizontal_width =
+      std::numeric_limits<double>::infinity();  ///< [m] in plan, over the edge longest there
 };
 
 /// The triangle of three stems in canonical order; of equal edges the one opposite the lower index counts as
@@ -54,8 +55,10 @@ inline triangle make_triangle(const position_set& stems, std::array<stem_index, 
     std::swap(v[1], v[2]);
     std::swap(e[1], e[2]);
   }
-  const double longest_in_plan = std::max({a.head<2>().norm(), b.head<2>().norm(), (a - b).head<2>().norm()});
-  return {v, e, longest_in_plan > 0 ? std::abs(a.x() * b.y() - a.y() * b.x()) / longest_in_plan : 0};
+  const double longest_horizontally =
+      std::max({a.head<2>().norm(), b.head<2>().norm(), (a - b).head<2>().norm()});
+  return {v, e,
+          longest_horizontally > 0 ? std::abs(a.x() * b.y() - a.y() * b.x()) / longest_horizontally : 0};
 }
 
 /// Edge lengths [m] as a point that the triangle is found at.
@@ -69,7 +72,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// that make no sense, and `operation_cancelled`.
 inline std::vector<triangle> build_triangles(const position_set& stems, bool horizontal,
                                              const triangle_options& options = {},
-                                             const execution& how = {}) {
+                                             const execution& exec = {}) {
   require_valid(options);
   const std::size_t size = stems.size();
   const std::size_t neighbors =
@@ -80,7 +83,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   constexpr std::size_t chunk = 32;
   using triplet = std::array<stem_index, 3>;  // sorted
   std::vector<std::vector<triplet>> found((size + chunk - 1) / chunk);
-  parallel_chunks(how, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
     auto& own = found[begin / chunk];
     own.reserve((end - begin) * neighbors * (std::max<std::size_t>(neighbors, 1) - 1) / 2);
     std::vector<neighbor<double>> nearest;
@@ -103,7 +106,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   }
   std::vector<std::vector<triangle>> made(by_least.size());
   parallel_for(
-      how, "triangles", by_least.size(),
+      exec, "triangles", by_least.size(),
       [&](std::size_t c) {
         auto& triplets = by_least[c];
         std::sort(triplets.begin(), triplets.end());
@@ -126,19 +129,19 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
 }  // namespace GLOBALMATCH_THREADING
 
 /// Calls `visit(triangle)` for every order that the triangle may canonically have in another scan, where
-/// edges differ by less than `tolerance` [m]: any vertex opposite an edge within twice the tolerance of the
+/// edges differ by less than `epsilon` [m]: any vertex opposite an edge within twice the tolerance of the
 /// longest may come first, and a triangle flatter than the tolerance, in plan where its sense of rotation is
 /// told, may be turned over.
 template <class Visit>
-void for_each_admissible_order(const triangle& t, double tolerance, const Visit& visit) {
-  const bool flat = t.plan_height < tolerance;
+void for_each_admissible_order(const triangle& t, double epsilon, const Visit& visit) {
+  const bool flat = t.horizontal_width < epsilon;
   for (std::size_t first = 0; first < 3; ++first) {
-    if (t.edges[first] <= t.edges[0] - 2 * tolerance) continue;
+    if (t.edges[first] <= t.edges[0] - 2 * epsilon) continue;
     const std::size_t second = (first + 1) % 3, third = (first + 2) % 3;
     const auto order = [&](std::size_t i, std::size_t j, std::size_t k) {
       visit(triangle{{t.vertices[i], t.vertices[j], t.vertices[k]},
                      {t.edges[i], t.edges[j], t.edges[k]},
-                     t.plan_height});
+                     t.horizontal_width});
     };
     order(first, second, third);
     if (flat) order(first, third, second);

@@ -24,7 +24,7 @@ namespace globalmatch {
 /// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
 /// in 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in
 /// Student's t a few pairs, which hardly tell it, make the covariance larger.
-struct motion_uncertainty {
+struct transform_uncertainty {
   /// At most so many rows and columns, without memory of their own.
   template <int Rows, int Columns>
   using small_matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Rows, Columns>;
@@ -36,19 +36,19 @@ struct motion_uncertainty {
   /// How a shift and turn about the center move a place [m, target frame]: 3 x 4 or 3 x 6.
   small_matrix<3, 6> derivative(const Eigen::Vector3d& place) const {
     const Eigen::Vector3d arm = place - center;
-    small_matrix<3, 6> moved(3, covariance.rows());
-    moved.leftCols<3>().setIdentity();
+    small_matrix<3, 6> jacobian(3, covariance.rows());
+    jacobian.leftCols<3>().setIdentity();
     if (covariance.rows() == 4)
-      moved.col(3) = up.cross(arm);
+      jacobian.col(3) = up.cross(arm);
     else
-      for (int axis = 0; axis < 3; ++axis) moved.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(arm);
-    return moved;
+      for (int axis = 0; axis < 3; ++axis) jacobian.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(arm);
+    return jacobian;
   }
 
   /// Covariance [m^2] of where the motion lays what belongs at a place [m, target frame].
   Eigen::Matrix3d at(const Eigen::Vector3d& place) const {
-    const auto moved = derivative(place);
-    return moved * covariance * moved.transpose();
+    const auto jacobian = derivative(place);
+    return jacobian * covariance * jacobian.transpose();
   }
 
   /// Root mean square distance [m] between where the motion lays what belongs at a place and that place.
@@ -62,20 +62,20 @@ inline double variance_of_t(double degrees) {
   return degrees / (degrees - 2);
 }
 
-/// Shift and turn from misfits: the inverse of the normal matrix, times the variance that these leave.
-class misfit_adjustment {
+/// Shift and turn from residuals: the inverse of the normal matrix, times the variance that these leave.
+class residual_adjustment {
  public:
-  using normal_matrix = motion_uncertainty::small_matrix<6, 6>;
-  using derivative_matrix = motion_uncertainty::small_matrix<3, 6>;
-  using misfit_vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
+  using normal_matrix = transform_uncertainty::small_matrix<6, 6>;
+  using derivative_matrix = transform_uncertainty::small_matrix<3, 6>;
+  using residual_vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, 3, 1>;
 
-  explicit misfit_adjustment(Eigen::Index unknowns) { normal_.setZero(unknowns, unknowns); }
+  explicit residual_adjustment(Eigen::Index unknowns) { normal_.setZero(unknowns, unknowns); }
 
   /// Misfits whose variance [m^2] is as given, but for one factor.
-  void add(const derivative_matrix& derivative, const misfit_vector& misfit, double variance) {
+  void add(const derivative_matrix& derivative, const residual_vector& residual, double variance) {
     normal_ += derivative.transpose() * derivative / variance;
-    squares_ += misfit.squaredNorm() / variance;
-    coordinates_ += double(misfit.size());
+    squares_ += residual.squaredNorm() / variance;
+    coordinates_ += double(residual.size());
   }
 
   normal_matrix covariance() const {
@@ -91,49 +91,52 @@ class misfit_adjustment {
 };
 
 /// Variance [m^2] of the height in 4-DoF, a median.
-inline double variance_of_height(const hypothesis& h, const map_pair& maps) {
+inline double variance_of_height(const hypothesis& h, const matching_context& context) {
   const double median_of_normal = std::numbers::pi / 2;  // its variance, against that of the mean
   const double count = double(h.correspondences.size());
   double squares = 0;
   for (const correspondence& c : h.correspondences)
-    squares += std::pow((h.target_from_source * maps.source.at[c.source] - maps.target.at[c.target]).z(), 2);
+    squares +=
+        std::pow((h.target_from_source * context.source.at[c.source] - context.target.at[c.target]).z(), 2);
   return median_of_normal * variance_of_t(count - 1) * squares / (count - 1) / count;
 }
 
 }  // namespace detail
 
-/// Uncertainty of a hypothesis' motion, least squares over its pairs, in the frames of `maps`; misfits are
-/// taken for independent, and as large as `position_sigma` tells, but for one factor, or alike. The height of
-/// 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs. Cost: linear
-/// in the pairs.
-inline std::optional<motion_uncertainty> uncertainty_of(const hypothesis& h, const map_pair& maps) {
-  constexpr std::size_t least = 4;
-  if (h.correspondences.size() < least) return std::nullopt;
-  const bool four = maps.dof == degrees_of_freedom::four;
-  motion_uncertainty result;
+/// Uncertainty of a hypothesis' motion, least squares over its pairs, in the frames of `context`; residuals
+/// are taken for independent, and as large as `position_sigma` tells, but for one factor, or alike. The
+/// height of 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs.
+/// Cost: linear in the pairs.
+inline std::optional<transform_uncertainty> uncertainty_of(const hypothesis& h,
+                                                           const matching_context& context) {
+  constexpr std::size_t minimum = 4;
+  if (h.correspondences.size() < minimum) return std::nullopt;
+  const bool four = context.dof == degrees_of_freedom::four;
+  transform_uncertainty result;
   result.covariance.setZero(four ? 4 : 6, four ? 4 : 6);
   for (const correspondence& c : h.correspondences)
-    result.center += h.target_from_source * maps.source.at[c.source] / double(h.correspondences.size());
-  const double unknown = detail::unknown_variance(maps, h);
+    result.center += h.target_from_source * context.source.at[c.source] / double(h.correspondences.size());
+  const double unknown = detail::unknown_variance(context, h);
   // In 4-DoF the height has nothing to do with the rest.
   const std::vector<int> unknowns = four ? std::vector{0, 1, 3} : std::vector{0, 1, 2, 3, 4, 5};
   const auto coordinates = Eigen::seqN(0, four ? 2 : 3);
-  detail::misfit_adjustment adjustment(Eigen::Index(unknowns.size()));
+  detail::residual_adjustment adjustment(Eigen::Index(unknowns.size()));
   std::size_t adjusted = 0;
   for (const correspondence& c : h.correspondences) {
-    maps.say_on_the_way_at(adjusted++);
-    const Eigen::Vector3d laid = h.target_from_source * maps.source.at[c.source];
-    adjustment.add(result.derivative(laid)(coordinates, unknowns),
-                   (maps.target.at[c.target] - laid)(coordinates), detail::known_variance(maps, c) + unknown);
+    context.poll_cancelled_at(adjusted++);
+    const Eigen::Vector3d transformed = h.target_from_source * context.source.at[c.source];
+    adjustment.add(result.derivative(transformed)(coordinates, unknowns),
+                   (context.target.at[c.target] - transformed)(coordinates),
+                   detail::known_variance(context, c) + unknown);
   }
   result.covariance(unknowns, unknowns) = adjustment.covariance();
-  if (four && maps.source.has_heights && maps.target.has_heights)
-    result.covariance(2, 2) = detail::variance_of_height(h, maps);
+  if (four && context.source.has_heights && context.target.has_heights)
+    result.covariance(2, 2) = detail::variance_of_height(h, context);
   return result;
 }
 
 /// From a levelled local frame to that of its caller.
-inline motion_uncertainty in_caller_frame(motion_uncertainty u, const local_frame& frame) {
+inline transform_uncertainty in_caller_frame(transform_uncertainty u, const local_frame& frame) {
   const Eigen::Matrix3d scan_from_local = frame.local_from_scan_rotation.transpose();
   u.center = frame.to_scan(u.center);
   u.up = scan_from_local * u.up;

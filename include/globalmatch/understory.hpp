@@ -21,14 +21,14 @@
 namespace globalmatch {
 
 struct understory_options {
-  double lowest = 0.2;   ///< [m] above the terrain ([GM] 3.1: 0.2)
-  double highest = 3.0;  ///< [m] above the terrain ([GM] 3.1: 3)
+  double min_height = 0.2;  ///< [m] above the terrain ([GM] 3.1: 0.2)
+  double max_height = 3.0;  ///< [m] above the terrain ([GM] 3.1: 3)
 };
 
 /// Throws `std::invalid_argument` when the layer is empty by its limits.
 inline void require_valid(const understory_options& options) {
-  if (!(options.lowest < options.highest))
-    throw std::invalid_argument("understory.lowest must be less than understory.highest");
+  if (!(options.min_height < options.max_height))
+    throw std::invalid_argument("understory.min_height must be less than understory.max_height");
 }
 
 namespace detail {
@@ -41,20 +41,20 @@ inline namespace GLOBALMATCH_THREADING {
 class layer_limits {
  public:
   struct limits {
-    float lowest, highest, surely_lowest, surely_highest;
+    float min_height, max_height, certain_min, certain_max;
 
-    bool may_hold(float z) const { return (z >= lowest) & (z <= highest); }
-    bool holds(float z) const { return (z >= surely_lowest) & (z <= surely_highest); }
+    bool may_hold(float z) const { return (z >= min_height) & (z <= max_height); }
+    bool holds(float z) const { return (z >= certain_min) & (z <= certain_max); }
   };
 
-  layer_limits(const terrain& ground, const understory_options& options, const execution& how)
+  layer_limits(const terrain& ground, const understory_options& options, const execution& exec)
       : per_cell_(float(1 / ground.resolution)),
         last_column_(float(ground.columns + 1)),
         last_row_(float(ground.rows + 1)),
         columns_(ground.columns + 2),
         limits_(std::size_t(columns_) * std::size_t(ground.rows + 2)) {
     parallel_for(
-        how, "understory", std::size_t(ground.rows + 2),
+        exec, "understory", std::size_t(ground.rows + 2),
         [&](std::size_t row) {
           fill_row(ground, options, int(row) - 1, limits_.data() + row * std::size_t(columns_));
         },
@@ -71,32 +71,33 @@ class layer_limits {
   /// Heights in a cell lie between those of the nodes around, but in the outermost cells, where they go on as
   /// the last nodes slope, by half a node each way. The border's are those of the cells next to it.
   void fill_row(const terrain& ground, const understory_options& options, int row, limits* of_row) const {
-    constexpr float rounding = 0.001f, furthest = 1e6f;  // [m] so that what is infinite stays out
+    constexpr float rounding = 0.001f, max_height = 1e6f;  // [m] so that what is infinite stays out
     constexpr float unbounded = std::numeric_limits<float>::infinity();
-    const auto low = float(std::max(options.lowest, -double(furthest)));
-    const auto high = float(std::min(options.highest, double(furthest)));
-    std::vector<float> least(std::size_t(columns_), unbounded), most(std::size_t(columns_), -unbounded);
+    const auto low = float(std::max(options.min_height, -double(max_height)));
+    const auto high = float(std::min(options.max_height, double(max_height)));
+    std::vector<float> min_heights(std::size_t(columns_), unbounded),
+        max_heights(std::size_t(columns_), -unbounded);
     const int inner_row = std::clamp(row, 0, ground.rows - 1);
     for (int r = inner_row - 1; r <= inner_row + 1; ++r) {
       const float* heights = ground.heights.data() + ground.node(0, std::clamp(r, 0, ground.rows - 1));
       for (std::size_t c = 0; c < std::size_t(ground.columns); ++c) {
-        least[c + 1] = std::min(least[c + 1], heights[c]);
-        most[c + 1] = std::max(most[c + 1], heights[c]);
+        min_heights[c + 1] = std::min(min_heights[c + 1], heights[c]);
+        max_heights[c + 1] = std::max(max_heights[c + 1], heights[c]);
       }
     }
     const bool row_is_last = row <= 0 || row >= ground.rows - 1;
     for (int c = 0; c < columns_; ++c) {
       const auto here = std::size_t(std::clamp(c, 1, columns_ - 2));
-      float lowest = std::min({least[here - 1], least[here], least[here + 1]});
-      float highest = std::max({most[here - 1], most[here], most[here + 1]});
+      float min_ground = std::min({min_heights[here - 1], min_heights[here], min_heights[here + 1]});
+      float max_ground = std::max({max_heights[here - 1], max_heights[here], max_heights[here + 1]});
       if (row_is_last || c <= 1 || c >= columns_ - 2) {
-        const float beyond = 1.5f * (highest - lowest);  // at a corner
-        lowest -= beyond, highest += beyond;
+        const float beyond = 1.5f * (max_ground - min_ground);  // at a corner
+        min_ground -= beyond, max_ground += beyond;
       }
-      of_row[c] = {lowest + low - rounding, highest + high + rounding, highest + low + rounding,
-                   lowest + high - rounding};
+      of_row[c] = {min_ground + low - rounding, max_ground + high + rounding, max_ground + low + rounding,
+                   min_ground + high - rounding};
       const bool is_border = c == 0 || c + 1 == columns_ || row < 0 || row == ground.rows;
-      if (is_border) of_row[c].surely_lowest = unbounded;
+      if (is_border) of_row[c].certain_min = unbounded;
     }
   }
   /// That of the border for what is not a number.
@@ -113,9 +114,9 @@ class layer_limits {
 
 /// Points on their way through the selection, few enough for the nearest cache.
 struct point_batch {
-  static constexpr std::size_t most = 256;
-  std::array<float, most> x, y, z;
-  std::array<point_index, most> index;
+  static constexpr std::size_t capacity = 256;
+  std::array<float, capacity> x, y, z;
+  std::array<point_index, capacity> index;
   std::size_t count = 0;
 
   void push_back(const Eigen::Vector3f& p, point_index i) {
@@ -129,9 +130,9 @@ struct point_batch {
 template <class Visit>
 void for_each_in_layer(const point_batch& batch, const terrain& ground, const layer_limits& limits,
                        const understory_options& options, const Visit& visit) {
-  std::array<std::uint32_t, point_batch::most> cells;
+  std::array<std::uint32_t, point_batch::capacity> cells;
   for (std::size_t i = 0; i < batch.count; ++i) cells[i] = limits.cell(batch.x[i], batch.y[i]);
-  std::array<unsigned, point_batch::most> candidates;
+  std::array<unsigned, point_batch::capacity> candidates;
   std::size_t count = 0;
   for (unsigned i = 0; i < batch.count; ++i) {  // without branches, which nobody could foretell
     candidates[count] = i;
@@ -143,7 +144,7 @@ void for_each_in_layer(const point_batch& batch, const terrain& ground, const la
     if (!limits.of(cells[i]).holds(z)) {
       if (!ground.covers(x, y)) continue;
       const double height = z - ground.interpolated_height(x, y);
-      if (!(height >= options.lowest && height <= options.highest)) continue;
+      if (!(height >= options.min_height && height <= options.max_height)) continue;
     }
     visit(i);
   }
@@ -163,15 +164,15 @@ inline namespace GLOBALMATCH_THREADING {
 template <point_range R>
 understory_parts select_understory_parts(const R& scan, const terrain& ground,
                                          const understory_options& options, double apart,
-                                         const execution& how) {
+                                         const execution& exec) {
   require_valid(options);
   understory_parts result;
   if (ground.empty()) return result;
-  const layer_limits limits(ground, options, how);
-  const auto least_squared = static_cast<float>(apart * apart);
+  const layer_limits limits(ground, options, exec);
+  const auto min_squared = static_cast<float>(apart * apart);
   std::vector<std::size_t> in_layer;
   read_in_chunks(
-      scan, how, "understory",
+      scan, exec, "understory",
       [&](std::size_t chunks) {
         result.parts.resize(chunks);
         in_layer.resize(chunks);
@@ -186,7 +187,7 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
           for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
             ++inside;
             const Eigen::Vector3f p = batch[i];
-            if ((p - last).squaredNorm() < least_squared) return;
+            if ((p - last).squaredNorm() < min_squared) return;
             last = p;
             kept.push_back(p, batch.index[i]);
           });
@@ -194,7 +195,7 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
         };
         visit_points([&](const Eigen::Vector3d& p, point_index i) {
           batch.push_back(ground.frame.to_local(p).cast<float>(), i);
-          if (batch.count == point_batch::most) hand_over();
+          if (batch.count == point_batch::capacity) hand_over();
         });
         hand_over();
         in_layer[chunk] = inside;
@@ -213,9 +214,9 @@ inline namespace GLOBALMATCH_THREADING {
 /// forward pass; parallel where the range gives random access.
 template <point_range R>
 local_points select_understory(const R& scan, const terrain& ground, const understory_options& options = {},
-                               const execution& how = {}) {
-  auto layer = detail::select_understory_parts(scan, ground, options, 0, how);
-  return detail::join_parts(std::move(layer.parts), ground.frame, "understory", how);
+                               const execution& exec = {}) {
+  auto layer = detail::select_understory_parts(scan, ground, options, 0, exec);
+  return detail::join_parts(std::move(layer.parts), ground.frame, "understory", exec);
 }
 
 }  // namespace GLOBALMATCH_THREADING

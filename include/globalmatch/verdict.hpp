@@ -44,52 +44,53 @@ inline std::string_view to_string(outcome o) {
   return "unknown";
 }
 
-struct verdict_options {
-  int least_correspondences = 4;  ///< stems in both maps (ours)
-  double least_spread = 0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
+struct decision_options {
+  int min_correspondences = 4;  ///< stems in both maps (ours)
+  double min_minor_axis_sigma =
+      0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
   /// Motions that chance would make pair as many stems: fewer are expected of one that is to be trusted
   /// (ours).
-  double most_false_alarms = 1e-3;
+  double max_nfa = 1e-3;
   /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
   /// (ours).
-  double rival_share = 0.5;
+  double alternative_share = 0.5;
   /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled:
   /// 4-DoF cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise
   /// (ours).
-  double most_tilt = std::numbers::pi / 180;
+  double max_tilt = std::numbers::pi / 180;
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const verdict_options& options) {
-  if (options.least_correspondences < 3)
-    throw std::invalid_argument("verdict.least_correspondences must be at least 3");
-  if (!(options.least_spread >= 0)) throw std::invalid_argument("verdict.least_spread must not be negative");
-  if (!(options.most_false_alarms > 0))
-    throw std::invalid_argument("verdict.most_false_alarms must be positive");
-  if (!(options.rival_share > 0 && options.rival_share <= 1))
-    throw std::invalid_argument("verdict.rival_share must lie in (0, 1]");
-  if (!(options.most_tilt >= 0)) throw std::invalid_argument("verdict.most_tilt must not be negative");
+inline void require_valid(const decision_options& options) {
+  if (options.min_correspondences < 3)
+    throw std::invalid_argument("decision.min_correspondences must be at least 3");
+  if (!(options.min_minor_axis_sigma >= 0))
+    throw std::invalid_argument("decision.min_minor_axis_sigma must not be negative");
+  if (!(options.max_nfa > 0)) throw std::invalid_argument("decision.max_nfa must be positive");
+  if (!(options.alternative_share > 0 && options.alternative_share <= 1))
+    throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
+  if (!(options.max_tilt >= 0)) throw std::invalid_argument("decision.max_tilt must not be negative");
 }
 
-struct verdict {
+struct decision {
   globalmatch::outcome outcome = outcome::not_registered;
   std::string reason;  ///< names the step and the remedy; empty when registered
 };
 
 /// What tells a right hypothesis from a wrong one.
-struct evidence {
-  double log10_false_alarms = 0;  ///< of the best hypothesis
-  double lead = 0;                ///< by how much that is below the next best one's
-  double pairs = 0;               ///< stems that the best one pairs
+struct decision_features {
+  double log10_nfa = 0;  ///< of the best hypothesis
+  double lead = 0;       ///< by how much that is below the next best one's
+  double pairs = 0;      ///< stems that the best one pairs
 };
 
 /// The evidence of ranked hypotheses. A rival that is as bad as can be stands in for one that was not found.
-inline evidence evidence_of(std::span<const hypothesis> hypotheses) {
-  constexpr double most_lead = 8, most_alarms = 6, least_alarms = -12;  // beyond these nothing more is told
-  if (hypotheses.empty()) return {most_alarms, 0, 0};
-  const double best = hypotheses[0].log10_false_alarms;
-  const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_false_alarms - best : most_lead;
-  return {std::clamp(best, least_alarms, most_alarms), std::clamp(lead, 0.0, most_lead),
+inline decision_features features_of(std::span<const hypothesis> hypotheses) {
+  constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing more is told
+  if (hypotheses.empty()) return {max_log10_nfa, 0, 0};
+  const double best = hypotheses[0].log10_nfa;
+  const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_nfa - best : max_lead;
+  return {std::clamp(best, min_log10_nfa, max_log10_nfa), std::clamp(lead, 0.0, max_lead),
           double(hypotheses[0].correspondences.size())};
 }
 
@@ -98,22 +99,22 @@ inline evidence evidence_of(std::span<const hypothesis> hypotheses) {
 /// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
 /// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
 /// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
-inline double probability_of(std::span<const hypothesis> hypotheses, const verdict_options& options = {}) {
-  constexpr double constant = -3.91, by_alarms = -0.094, by_lead = 1.24, by_pairs = 0.773,
-                   not_ruled_out = 0.99;
-  const evidence e = evidence_of(hypotheses);
-  if (e.pairs < options.least_correspondences) return 0;
-  const double odds =
-      constant + by_alarms * e.log10_false_alarms + by_lead * e.lead + by_pairs * std::log(e.pairs);
+inline double probability_of(std::span<const hypothesis> hypotheses, const decision_options& options = {}) {
+  constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
+                   pairs_coefficient = 0.773, max_if_insignificant = 0.99;
+  const decision_features e = features_of(hypotheses);
+  if (e.pairs < options.min_correspondences) return 0;
+  const double odds = constant + nfa_coefficient * e.log10_nfa + lead_coefficient * e.lead +
+                      pairs_coefficient * std::log(e.pairs);
   const double probability = 1 / (1 + std::exp(-odds));
-  const bool by_chance = hypotheses[0].log10_false_alarms > std::log10(options.most_false_alarms);
-  return by_chance ? std::min(probability, not_ruled_out) : probability;
+  const bool not_significant = hypotheses[0].log10_nfa > std::log10(options.max_nfa);
+  return not_significant ? std::min(probability, max_if_insignificant) : probability;
 }
 
 namespace detail {
 
 /// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
-inline double spread_in_plan(const hypothesis& h, const position_set& source) {
+inline double minor_axis_sigma(const hypothesis& h, const position_set& source) {
   Eigen::Vector2d mean = Eigen::Vector2d::Zero();
   for (const correspondence& c : h.correspondences) mean += source.at[c.source].head<2>();
   mean /= double(h.correspondences.size());
@@ -130,22 +131,22 @@ inline double spread_in_plan(const hypothesis& h, const position_set& source) {
 /// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
 /// beyond doubt: less three standard deviations. 0 for fewer than six pairs, for those in a line, and where
 /// most heights fit better without it: a few stems whose ground is hidden make no slope.
-inline double certain_tilt(const hypothesis& h, const map_pair& maps) {
-  constexpr std::size_t unknowns = 3, least = unknowns + 3;
+inline double certain_tilt(const hypothesis& h, const matching_context& context) {
+  constexpr std::size_t unknowns = 3, minimum = unknowns + 3;
   constexpr double deviations = 3;
   const std::size_t count = h.correspondences.size();
-  if (count < least) return 0;
+  if (count < minimum) return 0;
   std::vector<Eigen::Vector3d> rows;
-  std::vector<double> rises;
+  std::vector<double> vertical_offsets;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d center = maps.target.at[h.correspondences.front().target];
+  const Eigen::Vector3d center = context.target.at[h.correspondences.front().target];
   for (const correspondence& c : h.correspondences) {
-    const Eigen::Vector3d& t = maps.target.at[c.target];
+    const Eigen::Vector3d& t = context.target.at[c.target];
     rows.push_back({1, t.x() - center.x(), t.y() - center.y()});
-    rises.push_back(t.z() - (h.target_from_source * maps.source.at[c.source]).z());
+    vertical_offsets.push_back(t.z() - (h.target_from_source * context.source.at[c.source]).z());
     normal += rows.back() * rows.back().transpose();
-    right += rises.back() * rows.back();
+    right += vertical_offsets.back() * rows.back();
   }
   Eigen::Matrix3d inverse;
   bool not_in_a_line = false;
@@ -155,8 +156,8 @@ inline double certain_tilt(const hypothesis& h, const map_pair& maps) {
   std::vector<double> flat, sloped;
   double squares = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    flat.push_back(std::abs(rises[i]));
-    sloped.push_back(std::abs(rises[i] - plane.dot(rows[i])));
+    flat.push_back(std::abs(vertical_offsets[i]));
+    sloped.push_back(std::abs(vertical_offsets[i] - plane.dot(rows[i])));
     squares += sloped.back() * sloped.back();
   }
   if (median(sloped) >= median(flat)) return 0;
@@ -174,43 +175,43 @@ inline double certain_tilt(const hypothesis& h, const map_pair& maps) {
 
 /// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
 /// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
-/// ranked, distinct, weighed against chance at one tolerance, and in the frames of `maps`.
-inline verdict judge(std::span<const hypothesis> hypotheses, const map_pair& maps,
-                     const verdict_options& options = {}) {
+/// ranked, distinct, weighed against chance at one tolerance, and in the frames of `context`.
+inline decision decide(std::span<const hypothesis> hypotheses, const matching_context& context,
+                       const decision_options& options = {}) {
   require_valid(options);
-  const position_set &source = maps.source, &target = maps.target;
-  const auto least = std::size_t(options.least_correspondences);
-  const std::string needed = "at least " + std::to_string(least) + " are needed";
+  const position_set &source = context.source, &target = context.target;
+  const auto minimum = std::size_t(options.min_correspondences);
+  const std::string needed = "at least " + std::to_string(minimum) + " are needed";
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (map->size() < least)
+    if (map->size() < minimum)
       return {outcome::not_registered,
               std::string(name) + ": " + std::to_string(map->size()) + " stems, " + needed +
                   "; scan a larger part of the plot, or look at where its stems were lost"};
   const std::size_t best = hypotheses.empty() ? 0 : hypotheses.front().correspondences.size();
-  if (best < least)
+  if (best < minimum)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, " + needed +
                                          "; the scans overlap too little or the tolerance is too small"};
-  if (detail::spread_in_plan(hypotheses.front(), source) < options.least_spread)
+  if (detail::minor_axis_sigma(hypotheses.front(), source) < options.min_minor_axis_sigma)
     return {outcome::not_registered,
             "matching: the " + std::to_string(best) +
                 " paired stems lie in a line; scans with a wider overlap are needed"};
-  const double alarms = hypotheses.front().log10_false_alarms;
+  const double log10_nfa = hypotheses.front().log10_nfa;
   const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
-  const bool by_chance = alarms > std::log10(options.most_false_alarms);
+  const bool not_significant = log10_nfa > std::log10(options.max_nfa);
   // Rows explain every shift along themselves: so many stems are paired, and that tells nothing.
-  const bool rival_in_rows =
-      by_chance && hypotheses.front().log10_false_alarms_at_random <= std::log10(options.most_false_alarms);
-  const bool rival = second > 0 && hypotheses[1].log10_false_alarms <= options.rival_share * alarms;
-  if (rival_in_rows || (!by_chance && rival))
+  const bool alternative_on_lattice =
+      not_significant && hypotheses.front().log10_nfa_poisson <= std::log10(options.max_nfa);
+  const bool alternative = second > 0 && hypotheses[1].log10_nfa <= options.alternative_share * log10_nfa;
+  if (alternative_on_lattice || (!not_significant && alternative))
     return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
                                     " stems and another one " + std::to_string(second) +
                                     "; more overlap is needed to tell them apart"};
-  if (by_chance)
+  if (not_significant)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, which chance explains; more overlap is needed"};
-  const double tilt = maps.heights_tell() ? detail::certain_tilt(hypotheses.front(), maps) : 0;
-  if (tilt > options.most_tilt)
+  const double tilt = context.uses_heights() ? detail::certain_tilt(hypotheses.front(), context) : 0;
+  if (tilt > options.max_tilt)
     return {outcome::not_registered,
             "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
                 std::to_string(int(tilt * 180 / std::numbers::pi)) +

@@ -30,10 +30,10 @@ struct verticality_options {
   /// which lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
   std::optional<double> threshold = {};
   /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
-  /// holds `least_neighbors`, else as much more as it takes to hold them, up to `largest_radius`.
+  /// holds `min_neighbors`, else as much more as it takes to hold them, up to `max_radius`.
   std::optional<double> radius = {};
-  int least_neighbors = 10;      ///< for a radius from the data (ours)
-  double largest_radius = 0.25;  ///< [m] for a radius from the data (ours)
+  int min_neighbors = 10;    ///< for a radius from the data (ours)
+  double max_radius = 0.25;  ///< [m] for a radius from the data (ours)
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -42,10 +42,8 @@ inline void require_valid(const verticality_options& options) {
     throw std::invalid_argument("verticality.threshold must lie in [0, 1)");
   if (options.radius && !(*options.radius > 0))
     throw std::invalid_argument("verticality.radius must be positive");
-  if (options.least_neighbors < 3)
-    throw std::invalid_argument("verticality.least_neighbors must be at least 3");
-  if (!(options.largest_radius > 0))
-    throw std::invalid_argument("verticality.largest_radius must be positive");
+  if (options.min_neighbors < 3) throw std::invalid_argument("verticality.min_neighbors must be at least 3");
+  if (!(options.max_radius > 0)) throw std::invalid_argument("verticality.max_radius must be positive");
 }
 
 /// The surface around a point.
@@ -63,12 +61,12 @@ inline namespace GLOBALMATCH_THREADING {
 /// Normal, verticality and spacing of each point. Cost: O(n log n) queries; parallel.
 inline std::vector<local_surface> estimate_surfaces(const local_points& points,
                                                     const verticality_options& options = {},
-                                                    const execution& how = {}) {
+                                                    const execution& exec = {}) {
   require_valid(options);
   constexpr double paper_radius = 0.10;  // [m] [GM] 3.1
   const neighbor_tree<float, 3> tree(points.size(), [&](std::size_t i) { return points[i]; });
   std::vector<local_surface> surfaces(points.size());
-  parallel_chunks(how, "verticality", points.size(), 1024, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "verticality", points.size(), 1024, [&](std::size_t begin, std::size_t end) {
     std::vector<neighbor<float>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3f center = points[i];
@@ -84,13 +82,13 @@ inline std::vector<local_surface> estimate_surfaces(const local_points& points,
       };
       double radius = options.radius.value_or(paper_radius);
       tree.for_each_within(query, static_cast<float>(radius), gather);
-      if (!options.radius && count < std::size_t(options.least_neighbors)) {
+      if (!options.radius && count < std::size_t(options.min_neighbors)) {
         count = 0;
         sum.setZero();
         squares.setZero();
-        tree.nearest(query, std::size_t(options.least_neighbors), nearest);
+        tree.nearest(query, std::size_t(options.min_neighbors), nearest);
         for (const auto& n : nearest) {
-          if (n.squared_distance > options.largest_radius * options.largest_radius) break;
+          if (n.squared_distance > options.max_radius * options.max_radius) break;
           gather(n.index, n.squared_distance);
           radius = std::max(paper_radius, std::sqrt(double(n.squared_distance)));
         }
@@ -111,15 +109,16 @@ inline std::vector<local_surface> estimate_surfaces(const local_points& points,
 
 /// The surface through a cell.
 struct cell_surface {
-  float verticality = 0;   ///< [GM] Eq. (1); 0 where there are too few points
-  float spacing = 0;       ///< [m] distance of points on it: that of a square grid of equal density
-  std::uint8_t reach = 0;  ///< cells around it whose points it took: 1 in dense places, up to 3
+  float verticality = 0;        ///< [GM] Eq. (1); 0 where there are too few points
+  float spacing = 0;            ///< [m] distance of points on it: that of a square grid of equal density
+  std::uint8_t half_width = 0;  ///< cells around it whose points it took: 1 in dense places, up to 3
 };
 
 /// Whether a cell may be of a stem.
 inline bool is_stem_cell(const cell_surface& s, const verticality_options& options) {
-  constexpr double generous = 0.5;
-  return s.reach > 0 && (!options.constraint || s.verticality > options.threshold.value_or(generous));
+  constexpr double loose_threshold = 0.5;
+  return s.half_width > 0 &&
+         (!options.constraint || s.verticality > options.threshold.value_or(loose_threshold));
 }
 
 namespace detail {
@@ -147,17 +146,17 @@ struct moments {
     const double trace = a + b + c, minor_z = a * b - d * d;
     const double minors = minor_z + a * c - e * e + b * c - f * f;
     const double determinant = a * (b * c - f * f) - d * (d * c - e * f) + e * (d * f - b * e);
-    double least = 0;  // eigenvalue: Newton's steps from below never pass the least root
+    double smallest = 0;  // eigenvalue: Newton's steps from below never pass the least root
     for (int step = 0; step < 12; ++step) {
-      const double value = ((trace - least) * least - minors) * least + determinant;
-      const double slope = (2 * trace - 3 * least) * least - minors;
-      const double next = least - value / slope;
-      if (!(next > least)) break;
-      least = next;
+      const double value = ((trace - smallest) * smallest - minors) * smallest + determinant;
+      const double slope = (2 * trace - 3 * smallest) * smallest - minors;
+      const double next = smallest - value / slope;
+      if (!(next > smallest)) break;
+      smallest = next;
     }
-    const double others = trace - least;  // the sum of the other two, and below their product
-    const double apart = least * least - others * least + minors - least * others;
-    const double up = (least * least - (a + b) * least + minor_z) / apart;
+    const double others = trace - smallest;  // the sum of the other two, and below their product
+    const double apart = smallest * smallest - others * smallest + minors - smallest * others;
+    const double up = (smallest * smallest - (a + b) * smallest + minor_z) / apart;
     return apart > 0 ? 1 - std::sqrt(std::clamp(up, 0.0, 1.0)) : 0;
   }
 };
@@ -178,22 +177,24 @@ class sums_by_height {
 
   /// Nothing yet, for a stack of cells between two heights.
   void start(std::int32_t lowest, std::int32_t highest) {
-    bottom_ = lowest - widest;
-    sums_.assign(std::size_t(highest + widest - bottom_ + 1), {});
+    bottom_ = lowest - max_half_width;
+    sums_.assign(std::size_t(highest + max_half_width - bottom_ + 1), {});
   }
-  /// Adds the columns `reach` cells away, to those nearer, for cells between two heights of the stack.
-  void widen(const column_window& window, std::int32_t reach, std::int32_t lowest, std::int32_t highest) {
-    window.for_each_within(reach, reach == 1 ? 0 : reach, [&](std::size_t column) {
+  /// Adds the columns `half_width` cells away, to those nearer, for cells between two heights of the stack.
+  void widen(const column_window& window, std::int32_t half_width, std::int32_t lowest,
+             std::int32_t highest) {
+    window.for_each_within(half_width, half_width == 1 ? 0 : half_width, [&](std::size_t column) {
       const cell_columns::cell_index end = cells_.cells_end(column);
-      for (auto c = cells_.cells_begin(column); c < end && cells_[c].height <= highest + widest; ++c)
-        if (cells_[c].height >= lowest - widest)
+      for (auto c = cells_.cells_begin(column); c < end && cells_[c].height <= highest + max_half_width; ++c)
+        if (cells_[c].height >= lowest - max_half_width)
           sums_[std::size_t(cells_[c].height - bottom_)] += of_cell_[c - first_];
     });
   }
   /// Over the heights within reach of one.
-  moments around(std::int32_t height, std::int32_t reach) const {
+  moments around(std::int32_t height, std::int32_t half_width) const {
     moments sum;
-    for (std::int32_t h = height - reach; h <= height + reach; ++h) sum += sums_[std::size_t(h - bottom_)];
+    for (std::int32_t h = height - half_width; h <= height + half_width; ++h)
+      sum += sums_[std::size_t(h - bottom_)];
     return sum;
   }
 
@@ -201,7 +202,7 @@ class sums_by_height {
   const cell_columns& cells_;
   cell_columns::cell_index first_;
   std::vector<moments> of_cell_;
-  static constexpr std::int32_t widest = column_window::widest;
+  static constexpr std::int32_t max_half_width = column_window::max_half_width;
   std::int32_t bottom_ = 0;
   std::vector<moments> sums_;
 };
@@ -211,44 +212,45 @@ class sums_by_height {
 inline namespace GLOBALMATCH_THREADING {
 
 /// Surface through each cell: through the points of the 27 cells around it, or of as many more as it takes to
-/// hold `least_neighbors`, up to three cells away. With cells of 5 cm these are the balls that [GM] takes, or
+/// hold `min_neighbors`, up to three cells away. With cells of 5 cm these are the balls that [GM] takes, or
 /// nearly so, at a cost for each cell and not for each point. Linear in the points; parallel.
 inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
                                                    const verticality_options& options = {},
-                                                   const execution& how = {}) {
+                                                   const execution& exec = {}) {
   require_valid(options);
   using cell_index = cell_columns::cell_index;
-  constexpr std::int32_t widest = column_window::widest;
+  constexpr std::int32_t max_half_width = column_window::max_half_width;
   constexpr std::size_t rows_a_block = 32;
   std::vector<cell_surface> surfaces(cells.cells());
-  parallel_chunks(how, "verticality", cells.rows(), rows_a_block, [&](std::size_t begin, std::size_t end) {
+  parallel_chunks(exec, "verticality", cells.rows(), rows_a_block, [&](std::size_t begin, std::size_t end) {
     column_window window(cells);
-    detail::sums_by_height sums(cells, begin - std::min(begin, std::size_t(widest)),
-                                std::min(end + std::size_t(widest), cells.rows()));
+    detail::sums_by_height sums(cells, begin - std::min(begin, std::size_t(max_half_width)),
+                                std::min(end + std::size_t(max_half_width), cells.rows()));
     for (std::size_t column = cells.columns_begin(begin); column < cells.columns_end(end - 1); ++column) {
       window.move_to(column);
       cell_index next = cells.cells_begin(column);
       while (next < cells.cells_end(column)) {
         const cell_index first = next++;  // of a stack of cells
-        while (next < cells.cells_end(column) && cells[next].height - cells[next - 1].height <= widest)
+        while (next < cells.cells_end(column) &&
+               cells[next].height - cells[next - 1].height <= max_half_width)
           ++next;
         sums.start(cells[first].height, cells[next - 1].height);
         cell_index low = first, high = next;  // not known are some from `low` to before `high`
-        for (std::int32_t reach = 1; reach <= widest && low < high; ++reach) {
-          sums.widen(window, reach, cells[low].height, cells[high - 1].height);
-          const double least = reach == widest ? 4 : options.least_neighbors;
+        for (std::int32_t half_width = 1; half_width <= max_half_width && low < high; ++half_width) {
+          sums.widen(window, half_width, cells[low].height, cells[high - 1].height);
+          const double min_points = half_width == max_half_width ? 4 : options.min_neighbors;
           const cell_index from = low, to = high;
           low = to, high = from;
           for (cell_index c = from; c < to; ++c) {
-            if (surfaces[c].reach != 0) continue;
-            const detail::moments sum = sums.around(cells[c].height, reach);
-            if (sum.n < least) {
+            if (surfaces[c].half_width != 0) continue;
+            const detail::moments sum = sums.around(cells[c].height, half_width);
+            if (sum.n < min_points) {
               low = std::min(low, c), high = c + 1;
               continue;
             }
             surfaces[c] = {static_cast<float>(sum.verticality()),
-                           static_cast<float>((2 * reach + 1) * cells.width() / std::sqrt(sum.n)),
-                           static_cast<std::uint8_t>(reach)};
+                           static_cast<float>((2 * half_width + 1) * cells.width() / std::sqrt(sum.n)),
+                           static_cast<std::uint8_t>(half_width)};
           }
         }
       }

@@ -41,11 +41,11 @@ inline void keep_nearest_to_centroids(const local_points& points, std::vector<vo
       sum += points[members[end].index].cast<double>();
     const Eigen::Vector3d centroid = sum / double(end - begin);
     point_index nearest = 0;
-    double least = std::numeric_limits<double>::infinity();
+    double min_squared_distance = std::numeric_limits<double>::infinity();
     for (std::size_t k = begin; k < end; ++k) {
       const double squared_distance = (points[members[k].index].cast<double>() - centroid).squaredNorm();
-      if (squared_distance < least) {
-        least = squared_distance;
+      if (squared_distance < min_squared_distance) {
+        min_squared_distance = squared_distance;
         nearest = members[k].index;
       }
     }
@@ -61,7 +61,7 @@ inline namespace GLOBALMATCH_THREADING {
 /// equally near the centroid (mean) of a voxel the first one stays. Throws `std::invalid_argument` when
 /// `voxel_size` is not positive, and `operation_cancelled`. Cost: linear in the points; parallel.
 inline std::vector<point_index> thin_by_voxels(const local_points& points, double voxel_size,
-                                               const execution& how = {}) {
+                                               const execution& exec = {}) {
   if (!(voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
   // Voxels are dealt out to as many parts as there are, and each part is sorted alone.
   constexpr std::size_t points_a_part = 8192;
@@ -72,7 +72,7 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
     return std::array{cell(points.x[i]), cell(points.y[i]), cell(points.z[i])};
   };
   std::vector<std::uint32_t> part_of(points.size());
-  parallel_for(how, "voxels", points.size(), [&](std::size_t i) {
+  parallel_for(exec, "voxels", points.size(), [&](std::size_t i) {
     const auto [x, y, z] = voxel_of(i);
     const double mixed = x * 0.6180339887498949 + y * 0.7548776662466927 + z * 0.8191725133961645;
     const double share = mixed - std::floor(mixed);  // not a number for voxels smaller than numbers tell
@@ -87,7 +87,7 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
 
   std::vector<std::vector<point_index>> kept_of(parts);
   parallel_for(
-      how, "voxels", parts,
+      exec, "voxels", parts,
       [&](std::size_t part) {
         std::vector<detail::voxel_member> own;
         own.reserve(first[part + 1] - first[part]);
@@ -104,9 +104,9 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
 
 /// The same for points of the caller's: indices into `points`; points that are not finite do not stay.
 template <point_range R>
-std::vector<point_index> thin_by_voxels(const R& points, double voxel_size, const execution& how = {}) {
+std::vector<point_index> thin_by_voxels(const R& points, double voxel_size, const execution& exec = {}) {
   const local_points local = import_points(points);
-  std::vector<point_index> kept = thin_by_voxels(local, voxel_size, how);
+  std::vector<point_index> kept = thin_by_voxels(local, voxel_size, exec);
   for (point_index& i : kept) i = local.index[i];
   return kept;
 }

@@ -36,7 +36,7 @@ class wrapped_grid {
   /// points need.
   template <class ForEachOf, class Run>
   wrapped_grid(std::size_t count, T cell, std::size_t parts, const ForEachOf& for_each_of, const Run& run)
-      : per_unit_(1 / std::clamp(cell, finest, coarsest)) {
+      : per_unit_(1 / std::clamp(cell, min_cell, max_cell)) {
     if (count > std::numeric_limits<std::uint32_t>::max())
       throw std::length_error("a grid holds at most 2^32 - 1 points");
     while ((std::size_t(1) << (bits_ * Dimension)) < count / 2 && (bits_ + 1) * Dimension <= 30) ++bits_;
@@ -72,18 +72,18 @@ class wrapped_grid {
   std::size_t size() const { return first_.empty() ? 0 : first_.back(); }
 
   /// Points in the cell of a point, on average over the points: few where the width of cells suits them.
-  double crowding() const {
+  double mean_occupancy() const {
     double squares = 0;
     for (std::size_t b = 0; b + 1 < first_.size(); ++b)
       squares += std::pow(double(first_[b + 1] - first_[b]), 2);
     return size() == 0 ? 0 : squares / double(size());
   }
 
-  /// Calls `visit(item)` for the points within `reach` of `center` in every coordinate, each once; the order
-  /// depends on the points alone.
+  /// Calls `visit(item)` for the points within `search_radius` of `center` in every coordinate, each once;
+  /// the order depends on the points alone.
   template <class Visit>
-  void for_each_near(const point& center, T reach, const Visit& visit) const {
-    any_near(center, reach, [&](const item& i) {
+  void for_each_near(const point& center, T search_radius, const Visit& visit) const {
+    any_near(center, search_radius, [&](const item& i) {
       visit(i);
       return false;
     });
@@ -91,17 +91,17 @@ class wrapped_grid {
 
   /// Whether `holds(item)` for one of them; the others are not looked at.
   template <class Holds>
-  bool any_near(const point& center, T reach, const Holds& holds) const {
+  bool any_near(const point& center, T search_radius, const Holds& holds) const {
     if (size() == 0) return false;
     std::array<std::int64_t, Dimension> low, high;
     for (std::size_t d = 0; d < Dimension; ++d) {
-      low[d] = cell_index(center[d] - reach);
-      high[d] = std::min(cell_index(center[d] + reach), low[d] + (std::int64_t(1) << bits_) - 1);
+      low[d] = cell_index(center[d] - search_radius);
+      high[d] = std::min(cell_index(center[d] + search_radius), low[d] + (std::int64_t(1) << bits_) - 1);
     }
     const std::int64_t mask = (std::int64_t(1) << bits_) - 1;
     const auto in_buckets = [&](std::uint32_t first, std::uint32_t last) {
       for (std::uint32_t k = first_[first]; k < first_[last + 1]; ++k)
-        if (is_near(items_[k].at, center, reach) && holds(items_[k])) return true;
+        if (is_near(items_[k].at, center, search_radius) && holds(items_[k])) return true;
       return false;
     };
     std::array<std::int64_t, Dimension> c = low;
@@ -124,7 +124,7 @@ class wrapped_grid {
   }
 
  private:
-  static constexpr T finest = T(1e-6), coarsest = T(1e6);  // cells; others would not be faster
+  static constexpr T min_cell = T(1e-6), max_cell = T(1e6);  // cells; others would not be faster
 
   std::int64_t cell_index(T value) const {
     constexpr T far = T(1e15);  // beyond any map, within any integer
@@ -146,9 +146,9 @@ class wrapped_grid {
     return static_cast<std::uint32_t>(b);
   }
 
-  static bool is_near(const point& p, const point& center, T reach) {
+  static bool is_near(const point& p, const point& center, T search_radius) {
     bool near = true;
-    for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= reach;
+    for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= search_radius;
     return near;
   }
 

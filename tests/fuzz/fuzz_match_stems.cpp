@@ -12,12 +12,12 @@ namespace {
 /// The other map: parts of the first one, moved, among other stems.
 std::vector<Eigen::Vector3d> second_map(const std::vector<Eigen::Vector3d>& first, fuzz::byte_source& bytes) {
   const double yaw = bytes.take<std::uint16_t>() / 1000.0;
-  const Eigen::Isometry3d motion =
+  const Eigen::Isometry3d transform =
       Eigen::Translation3d(bytes.position()) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
   std::vector<Eigen::Vector3d> second = bytes.positions(48);
   for (const Eigen::Vector3d& p : first)
     if (bytes.choice(4) != 0)
-      second.push_back(motion * p +
+      second.push_back(transform * p +
                        0.001 * Eigen::Vector3d(bytes.take<std::int8_t>(), bytes.take<std::int8_t>(), 0));
   return second;
 }
@@ -47,10 +47,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   options.dof = bytes.choice(4) == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
   options.horizontal = options.dof == degrees_of_freedom::four && bytes.choice(4) == 0;
   options.proposal = bytes.choice(4) == 0 ? proposal::algorithm_1 : proposal::triangle_index;
-  if (bytes.choice(2) == 0) options.tolerance = 0.02 + bytes.take<std::uint8_t>() / 100.0;
+  if (bytes.choice(2) == 0) options.inlier_threshold = 0.02 + bytes.take<std::uint8_t>() / 100.0;
   // Some hundred milliseconds are enough for a find.
-  options.indexed.most_candidates = 50'000;
-  options.global.most_hypotheses = 4;
+  options.indexed.max_candidates = 50'000;
+  options.global.max_hypotheses = 4;
   const auto source = bytes.positions(48), target = second_map(source, bytes);
   try {
     const matching m = match_stems(source, target, options, Eigen::Vector3d::UnitZ(), {.threads = 1});

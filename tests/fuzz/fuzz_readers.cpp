@@ -28,8 +28,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       for (const support::stem_record& s : support::read_stems(file).stems)
         fuzz::require(std::isfinite(s.x + s.y + s.z), "positions that were read are finite");
     } else {
-      const Eigen::Isometry3d motion = support::read_transform(file);
-      fuzz::require(std::abs(motion.linear().determinant() - 1) < 1e-3, "a motion that was read is rigid");
+      const Eigen::Isometry3d transform = support::read_transform(file);
+      fuzz::require(std::abs(transform.linear().determinant() - 1) < 1e-3, "a motion that was read is rigid");
     }
   } catch (const support::file_error&) {
     // which names the file, what is wrong and what would help

@@ -53,14 +53,14 @@ inline digests digest_of(const matching& m) {
   d.outcome.add(m.target_from_source.value_or(Eigen::Isometry3d::Identity()));
   d.everything.add(d.outcome.value());
   d.everything.add(m.probability);
-  d.everything.add(m.tolerance);
+  d.everything.add(m.inlier_threshold);
   for (const hypothesis& h : m.hypotheses) {
     d.everything.add(h.target_from_source);
     for (const correspondence& c : h.correspondences) {
       d.everything.add(std::uint64_t(c.source));
       d.everything.add(std::uint64_t(c.target));
     }
-    for (const double number : {h.tolerance, h.log10_false_alarms, h.log10_false_alarms_at_random, h.rms})
+    for (const double number : {h.inlier_threshold, h.log10_nfa, h.log10_nfa_poisson, h.rms})
       d.everything.add(number);
   }
   if (m.uncertainty) {

@@ -12,11 +12,11 @@
 
 namespace globalmatch::oracles {
 
-/// Groups of at least `least_points`, members increasing, groups ordered by their first member. A pair is
+/// Groups of at least `min_points`, members increasing, groups ordered by their first member. A pair is
 /// linked when it is nearer than the larger of its two link distances.
 inline std::vector<std::vector<point_index>> union_find_clusters(const std::vector<Eigen::Vector3f>& points,
                                                                  const std::vector<float>& link_distances,
-                                                                 std::size_t least_points) {
+                                                                 std::size_t min_points) {
   std::vector<point_index> label(points.size());
   std::iota(label.begin(), label.end(), point_index(0));
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -30,7 +30,7 @@ inline std::vector<std::vector<point_index>> union_find_clusters(const std::vect
   for (point_index i = 0; i < points.size(); ++i) groups[label[i]].push_back(i);
   std::vector<std::vector<point_index>> clusters;
   for (const auto& [least, members] : groups)
-    if (members.size() >= least_points) clusters.push_back(members);
+    if (members.size() >= min_points) clusters.push_back(members);
   return clusters;
 }
 

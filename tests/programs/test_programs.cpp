@@ -91,7 +91,7 @@ TEST_CASE("match_stems reads radii and says that these told places of rows apart
   const Eigen::Isometry3d t = read_transform(directory / "T.txt");
   CHECK((t.translation() - Eigen::Vector3d(50, 0, 0)).norm() < 0.1);
   const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
-  CHECK(report["hypotheses"][0]["told_by"] == "radii");
+  CHECK(report["hypotheses"][0]["evidence"] == "radii");
   CHECK_THAT(bytes_of(directory / "stdout.log"),
              Contains("radii in the rows told it from their other places"));
   CHECK(call(directory, "match_stems", "source.csv without.csv --out T.txt").status == 1);

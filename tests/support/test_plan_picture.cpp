@@ -19,9 +19,9 @@ const std::vector<double> target_radii = {0.1, 0.2, 0.3, std::numeric_limits<dou
 const match_list matches = {{0, 0}, {1, 1}};
 
 Eigen::Isometry3d target_from_source() {
-  Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-  motion.translation() = Eigen::Vector3d(-100, -50, 0);
-  return motion;
+  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+  transform.translation() = Eigen::Vector3d(-100, -50, 0);
+  return transform;
 }
 
 std::string drawn(const plan_picture& picture) {

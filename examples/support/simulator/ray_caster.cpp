@@ -86,9 +86,9 @@ struct ray_caster::prepared {
   std::vector<std::uint32_t> stem_of_quad;
 };
 
-ray_caster::ray_caster(const surfaces& scene, const execution& how)
+ray_caster::ray_caster(const surfaces& scene, const execution& exec)
     : prepared_(std::make_unique<prepared>()) {
-  const std::string configuration = "threads=" + std::to_string(thread_count(how));
+  const std::string configuration = "threads=" + std::to_string(thread_count(exec));
   const RTCDevice device = rtcNewDevice(configuration.c_str());
   if (device == nullptr) require_no_error(nullptr);
   prepared_->device.reset(device);

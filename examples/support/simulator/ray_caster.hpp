@@ -30,7 +30,7 @@ struct hit {
 class ray_caster {
  public:
   /// Throws `std::runtime_error` when Embree cannot prepare them (for want of memory, say).
-  explicit ray_caster(const surfaces& scene, const execution& how = {});
+  explicit ray_caster(const surfaces& scene, const execution& exec = {});
   ~ray_caster();
   ray_caster(ray_caster&&) noexcept;
   ray_caster& operator=(ray_caster&&) noexcept;

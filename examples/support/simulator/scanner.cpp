@@ -94,11 +94,11 @@ class range_finder {
 
   /// Rarely, what comes back from the ground went by way of something else: it seems to lie below.
   double late_range(const ray& r, double range, random_source& random) const {
-    constexpr double least_depth = 0.3;  // [m]
+    constexpr double min_depth = 0.3;  // [m]
     if (random.uniform() >= options_.multipath) return range;
     const double late = range + between(0.5, 5, random);
     const Vector3d p = r.origin + late * r.direction;
-    return p.z() < scene_.ground.height(p.x(), p.y()) - least_depth ? late : range;
+    return p.z() < scene_.ground.height(p.x(), p.y()) - min_depth ? late : range;
   }
 
   bool in_understory(const ray& r, double range) const {
@@ -116,14 +116,14 @@ class range_finder {
 /// measures, and the stems that its points count for.
 template <class MeasurePart>
 simulated_scan scan_in_parts(std::size_t parts, std::size_t rays_per_part, std::size_t stems,
-                             const execution& how, const MeasurePart& measure_part) {
+                             const execution& exec, const MeasurePart& measure_part) {
   struct part {
     std::vector<Vector3d> points;
     std::vector<std::uint32_t> stems;
   };
   std::vector<part> all(parts);
   parallel_for(
-      how, "scan", parts, [&](std::size_t i) { measure_part(i, all[i].points, all[i].stems); }, 16);
+      exec, "scan", parts, [&](std::size_t i) { measure_part(i, all[i].points, all[i].stems); }, 16);
 
   simulated_scan result;
   result.rays = parts * rays_per_part;
@@ -151,7 +151,7 @@ Vector3d drift_at(double share, const Vector3d& size) {
 }  // namespace
 
 simulated_scan scan_from(const station& from, const plot& scene, const ray_caster& caster,
-                         const scanner_options& options, const execution& how) {
+                         const scanner_options& options, const execution& exec) {
   require_valid(options);
   const Vector3d scanner = from.plot_from_scan.translation();
   require_above_ground(scanner, scene);
@@ -160,7 +160,7 @@ simulated_scan scan_from(const station& from, const plot& scene, const ray_caste
   const auto rows = static_cast<std::size_t>(
       std::floor((options.max_elevation - options.min_elevation) / options.angular_step + 1e-9));
   return scan_in_parts(
-      columns, rows, scene.stems.size(), how, [&](std::size_t column, auto& points, auto& stems) {
+      columns, rows, scene.stems.size(), exec, [&](std::size_t column, auto& points, auto& stems) {
         random_source random = rays_of(options, from, column);
         const Vector2d azimuth = unit_vector(2 * pi * (double(column) + 0.5) / double(columns));
         for (std::size_t row = 0; row < rows; ++row) {
@@ -178,7 +178,7 @@ simulated_scan scan_from(const station& from, const plot& scene, const ray_caste
 
 simulated_scan scan_along(const std::vector<Vector3d>& path, const station& from, const plot& scene,
                           const ray_caster& caster, const scanner_options& options,
-                          const mobile_options& mobile, const execution& how) {
+                          const mobile_options& mobile, const execution& exec) {
   require_valid(options);
   require_valid(mobile);
   require(!path.empty(), "scan_along: path must have a place");
@@ -190,7 +190,7 @@ simulated_scan scan_along(const std::vector<Vector3d>& path, const station& from
   random_source random_drift =
       random_for(options.seed, stream::paths, from.number + (std::uint64_t{1} << 32));
   const Vector3d drift = mobile.drift * normal_vector(random_drift).normalized();
-  return scan_in_parts(path.size(), mobile.rays_per_place, scene.stems.size(), how,
+  return scan_in_parts(path.size(), mobile.rays_per_place, scene.stems.size(), exec,
                        [&](std::size_t i, auto& points, auto& stems) {
                          random_source random = rays_of(options, from, i);
                          const Vector3d error = drift_at(double(i) / double(path.size()), drift);

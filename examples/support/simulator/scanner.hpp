@@ -46,13 +46,13 @@ struct simulated_scan {
 /// bits for any number of threads. Throws `std::invalid_argument` naming the field when an option makes no
 /// sense, or the station stands below the ground.
 simulated_scan scan_from(const station& from, const plot& scene, const ray_caster& caster,
-                         const scanner_options& options = {}, const execution& how = {});
+                         const scanner_options& options = {}, const execution& exec = {});
 
 /// The same for a scanner that is carried along `path` and turns so unevenly that the directions of its rays
 /// are as good as random. `angular_step` is of no account. All points are in the frame of the station, save
 /// for the drift.
 simulated_scan scan_along(const std::vector<Eigen::Vector3d>& path, const station& from, const plot& scene,
                           const ray_caster& caster, const scanner_options& options,
-                          const mobile_options& mobile = {}, const execution& how = {});
+                          const mobile_options& mobile = {}, const execution& exec = {});
 
 }  // namespace globalmatch::support

@@ -34,18 +34,18 @@ simulation::simulation(const simulation_options& options)
   }
 }
 
-simulated_scan simulation::scan(std::size_t i, const execution& how) {
+simulated_scan simulation::scan(std::size_t i, const execution& exec) {
   const station& from = stations_.at(i);
-  const ray_caster& caster = caster_for(from, how);
-  if (!options_.mobile) return scan_from(from, plot_, caster, options_.scanner, how);
-  return scan_along(ways_[i], from, plot_, caster, options_.scanner, options_.way, how);
+  const ray_caster& caster = caster_for(from, exec);
+  if (!options_.mobile) return scan_from(from, plot_, caster, options_.scanner, exec);
+  return scan_along(ways_[i], from, plot_, caster, options_.scanner, options_.way, exec);
 }
 
-const ray_caster& simulation::caster_for(const station& from, const execution& how) {
+const ray_caster& simulation::caster_for(const station& from, const execution& exec) {
   const bool harvested = options_.plot.harvest > 0 && from.number >= options_.harvested_from;
   if (!caster_ || harvested != caster_is_harvested_) {
     caster_.reset();  // before the next one, for the sake of memory
-    caster_ = std::make_unique<ray_caster>(surfaces_of(plot_, clearings(), harvested), how);
+    caster_ = std::make_unique<ray_caster>(surfaces_of(plot_, clearings(), harvested), exec);
     caster_is_harvested_ = harvested;
   }
   return *caster_;

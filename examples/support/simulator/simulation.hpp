@@ -38,10 +38,10 @@ class simulation {
 
   /// Scans from `stations()[i]`. Ask for the stations in their order: the plot is prepared anew when the next
   /// one sees it harvested. Throws as `scan_from` and `scan_along` do.
-  simulated_scan scan(std::size_t i, const execution& how = {});
+  simulated_scan scan(std::size_t i, const execution& exec = {});
 
  private:
-  const ray_caster& caster_for(const station& from, const execution& how);
+  const ray_caster& caster_for(const station& from, const execution& exec);
   std::vector<Eigen::Vector2d> clearings() const;
 
   simulation_options options_;

@@ -72,15 +72,15 @@ std::vector<Vector3d> walk_path(const plot& scene, const station_options& option
   random_source random = random_for(options.seed, stream::paths, number);
   const Vector2d size(scene.options.width, scene.options.depth);
   const Vector2d middle = random_place(0.08 * size, random);
-  const Vector2d reach = between(0.2, 0.35, random) * size;
+  const Vector2d radii = between(0.2, 0.35, random) * size;
   const double start = between(-pi, pi, random), wobble = between(0.1, 0.25, random);
-  const double length = 2 * pi * reach.mean() * (1 + wobble);
+  const double length = 2 * pi * radii.mean() * (1 + wobble);
 
   std::vector<Vector3d> path;
   for (double walked = 0; walked < length; walked += step) {
     const double angle = start + 2 * pi * walked / length;
     const double swing = 1 + wobble * std::sin(3 * angle + start);
-    const Vector2d place = middle + swing * reach.cwiseProduct(unit_vector(angle));
+    const Vector2d place = middle + swing * radii.cwiseProduct(unit_vector(angle));
     if (is_free(place, scene, options.clearance))
       path.push_back(scene.ground.at(place) + Vector3d(0, 0, options.scanner_height));
   }

@@ -97,12 +97,12 @@ double weibull(double scale, double shape, random_source& random) {
 }
 
 /// Leaves along the outer part of a branch: correlated in space, as nature has them and a haze has not.
-void add_leaves(surfaces& scene, const Vector3d& foot, const Vector3d& tip, std::size_t count, double radius,
+void add_leaves(surfaces& scene, const Vector3d& base, const Vector3d& tip, std::size_t count, double radius,
                 random_source& random) {
-  const double spread = 0.06 + 0.1 * (tip - foot).norm();  // [m]
+  const double deviation = 0.06 + 0.1 * (tip - base).norm();  // [m]
   for (std::size_t i = 0; i < count; ++i) {
-    const Vector3d along = foot + between(0.25, 1.05, random) * (tip - foot);
-    const Vector3d centre = along + spread * normal_vector(random);
+    const Vector3d along = base + between(0.25, 1.05, random) * (tip - base);
+    const Vector3d centre = along + deviation * normal_vector(random);
     const Vector3d normal = normal_vector(random) + Vector3d(0, 0, 0.7);
     scene.add_disc(centre, radius * between(0.6, 1.4, random), normal);
   }
@@ -112,28 +112,29 @@ void add_live_branch(surfaces& scene, const stem& s, const tree_options& o, std:
                      random_source& random) {
   const double share = random.uniform();  // of the way up the crown
   const double height = s.height * (o.crown_base + (0.97 - o.crown_base) * share);
-  const double reach = 0.2 + o.crown_radius * std::pow(1 - share, 0.7) * between(0.7, 1.2, random);
+  const double extent = 0.2 + o.crown_radius * std::pow(1 - share, 0.7) * between(0.7, 1.2, random);
   const Vector2d outward = random_direction(random);
-  const Vector3d foot = s.axis_at(height);
-  const Vector3d middle = foot + 0.5 * reach * Vector3d(outward.x(), outward.y(), between(-0.1, 0.5, random));
-  const Vector3d tip = middle + 0.5 * reach * Vector3d(outward.x(), outward.y(), between(-0.5, 0.3, random));
-  const double thickness = std::min(0.006 + 0.008 * reach, 0.8 * radius_at(s, 0, height));
-  scene.add_curve({Vector4d(foot.x(), foot.y(), foot.z(), thickness),
+  const Vector3d base = s.axis_at(height);
+  const Vector3d middle =
+      base + 0.5 * extent * Vector3d(outward.x(), outward.y(), between(-0.1, 0.5, random));
+  const Vector3d tip = middle + 0.5 * extent * Vector3d(outward.x(), outward.y(), between(-0.5, 0.3, random));
+  const double thickness = std::min(0.006 + 0.008 * extent, 0.8 * radius_at(s, 0, height));
+  scene.add_curve({Vector4d(base.x(), base.y(), base.z(), thickness),
                    Vector4d(middle.x(), middle.y(), middle.z(), 0.7 * thickness),
                    Vector4d(tip.x(), tip.y(), tip.z(), 0.003)});
-  add_leaves(scene, foot, tip, leaves, o.leaf_radius, random);
+  add_leaves(scene, base, tip, leaves, o.leaf_radius, random);
 }
 
 void add_dead_branch(surfaces& scene, const stem& s, const tree_options& o, random_source& random) {
   const double height = between(0.6, std::max(1.0, s.height * o.crown_base), random);
   const double length = 0.5 * s.dbh + std::min(2.5, weibull(0.7, 1.5, random));
   const Vector2d outward = random_direction(random);
-  const Vector3d foot = s.axis_at(height);
+  const Vector3d base = s.axis_at(height);
   const Vector3d middle =
-      foot + 0.6 * length * Vector3d(outward.x(), outward.y(), between(-0.3, 0.4, random));
+      base + 0.6 * length * Vector3d(outward.x(), outward.y(), between(-0.3, 0.4, random));
   const Vector3d tip = middle + 0.4 * length * Vector3d(outward.x(), outward.y(), between(-0.8, 0.3, random));
   const double thickness = between(0.004, 0.012, random);
-  scene.add_curve({Vector4d(foot.x(), foot.y(), foot.z(), thickness),
+  scene.add_curve({Vector4d(base.x(), base.y(), base.z(), thickness),
                    Vector4d(middle.x(), middle.y(), middle.z(), 0.6 * thickness),
                    Vector4d(tip.x(), tip.y(), tip.z(), 0.002)});
 }

@@ -18,12 +18,12 @@ Vector4d with_radius(const Vector3d& place, double radius) {
 }
 
 /// A blade that rises and bends over.
-void add_blade(surfaces& scene, const Vector3d& foot, double height, random_source& random) {
+void add_blade(surfaces& scene, const Vector3d& base, double height, random_source& random) {
   const Vector2d direction = random_direction(random);
   const Vector2d lean = height * between(0, 0.6, random) * direction;
-  const Vector3d middle = foot + Vector3d(0.3 * lean.x(), 0.3 * lean.y(), 0.6 * height);
-  const Vector3d tip = foot + Vector3d(lean.x(), lean.y(), height * between(0.7, 1, random));
-  scene.add_curve({with_radius(foot, 0.003), with_radius(middle, 0.003), with_radius(tip, 0.001)});
+  const Vector3d middle = base + Vector3d(0.3 * lean.x(), 0.3 * lean.y(), 0.6 * height);
+  const Vector3d tip = base + Vector3d(lean.x(), lean.y(), height * between(0.7, 1, random));
+  scene.add_curve({with_radius(base, 0.003), with_radius(middle, 0.003), with_radius(tip, 0.001)});
 }
 
 void add_stump(surfaces& scene, const Vector3d& position, double radius, double height) {
@@ -89,14 +89,14 @@ void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& o, ra
   for (int i = 0; i < twigs; ++i) {
     const Vector2d direction = random_direction(random);
     const Vector2d outward = s.radius * std::sqrt(random.uniform()) * direction;
-    const Vector3d foot = s.position + 0.1 * Vector3d(outward.x(), outward.y(), -0.1);
+    const Vector3d base = s.position + 0.1 * Vector3d(outward.x(), outward.y(), -0.1);
     const Vector3d tip = s.position + Vector3d(outward.x(), outward.y(), s.height * between(0.6, 1, random));
-    const Vector3d middle = 0.5 * (foot + tip) + 0.08 * s.height * normal_vector(random);
+    const Vector3d middle = 0.5 * (base + tip) + 0.08 * s.height * normal_vector(random);
     const double thickness = between(0.003, 0.004 + 0.006 * s.height, random);
     scene.add_curve(
-        {with_radius(foot, thickness), with_radius(middle, 0.7 * thickness), with_radius(tip, 0.002)});
+        {with_radius(base, thickness), with_radius(middle, 0.7 * thickness), with_radius(tip, 0.002)});
     for (std::size_t leaf = 0; leaf < leaves; ++leaf) {
-      const Vector3d along = foot + between(0.2, 1, random) * (tip - foot);
+      const Vector3d along = base + between(0.2, 1, random) * (tip - base);
       const Vector3d normal = normal_vector(random);
       const double radius = o.shrub_leaf_radius * between(0.6, 1.4, random);
       scene.add_disc(along + 0.12 * s.height * normal_vector(random), radius, normal);
@@ -124,21 +124,21 @@ void add_debris(surfaces& scene, const undergrowth_options& o, const terrain& gr
                 const Vector2d& half_size, const std::function<bool(const Vector2d&)>& is_free,
                 std::uint64_t seed) {
   random_source random = random_for(seed, stream::debris);
-  const auto scatter = [&](double per_hectare, const auto& add) {
+  const auto distribute = [&](double per_hectare, const auto& add) {
     for (std::size_t i = count_on(per_hectare, half_size); i > 0; --i) {
       const Vector2d place = random_place(half_size, random);
       random_source own(random.next());  // a place that is taken changes nothing elsewhere
       if (is_free(place)) add(place, own);
     }
   };
-  scatter(o.logs_per_hectare,
-          [&](const Vector2d& place, random_source& own) { add_log(scene, ground, place, own); });
-  scatter(o.stumps_per_hectare, [&](const Vector2d& place, random_source& own) {
+  distribute(o.logs_per_hectare,
+             [&](const Vector2d& place, random_source& own) { add_log(scene, ground, place, own); });
+  distribute(o.stumps_per_hectare, [&](const Vector2d& place, random_source& own) {
     const double radius = between(0.06, 0.25, own);
     add_stump(scene, ground.at(place), radius, between(0.1, 0.5, own));
   });
-  scatter(o.poles_per_hectare,
-          [&](const Vector2d& place, random_source& own) { add_pole(scene, ground.at(place), own); });
+  distribute(o.poles_per_hectare,
+             [&](const Vector2d& place, random_source& own) { add_pole(scene, ground.at(place), own); });
 }
 
 void add_remains(surfaces& scene, const Vector3d& position, double dbh, const terrain& ground,
@@ -152,12 +152,12 @@ void add_remains(surfaces& scene, const Vector3d& position, double dbh, const te
     const auto lying = [&](const Vector2d& p) {
       return Vector3d(ground.at(p) + Vector3d(0, 0, between(0.02, 0.4, random)));
     };
-    const Vector3d foot = lying(place), tip = lying(place + along);
-    scene.add_curve({with_radius(foot, between(0.005, 0.015, random)), with_radius(tip, 0.003)});
+    const Vector3d base = lying(place), tip = lying(place + along);
+    scene.add_curve({with_radius(base, between(0.005, 0.015, random)), with_radius(tip, 0.003)});
     for (int leaf = 0; leaf < 10; ++leaf) {
       const Vector3d normal = normal_vector(random);
       const Vector3d aside = 0.05 * normal_vector(random);
-      scene.add_disc(foot + random.uniform() * (tip - foot) + aside, 0.04, normal);
+      scene.add_disc(base + random.uniform() * (tip - base) + aside, 0.04, normal);
     }
   }
 }

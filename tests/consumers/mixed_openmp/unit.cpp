@@ -8,7 +8,7 @@
 
 namespace {
 
-std::vector<double> match_made_up_maps(const globalmatch::execution& how) {
+std::vector<double> match_made_up_maps(const globalmatch::execution& exec) {
   globalmatch::random_source random(1);
   std::vector<Eigen::Vector3d> source, target;
   for (int i = 0; i < 12; ++i) {
@@ -16,20 +16,20 @@ std::vector<double> match_made_up_maps(const globalmatch::execution& how) {
     source.push_back({x, y, 0});
     target.push_back({y + noise, -x, 1});
   }
-  const auto result = globalmatch::match_stems(source, target, {}, Eigen::Vector3d::UnitZ(), how);
+  const auto result = globalmatch::match_stems(source, target, {}, Eigen::Vector3d::UnitZ(), exec);
   if (!result.target_from_source) return {};
-  const Eigen::Matrix4d& motion = result.target_from_source->matrix();
-  return {motion.data(), motion.data() + motion.size()};
+  const Eigen::Matrix4d& transform = result.target_from_source->matrix();
+  return {transform.data(), transform.data() + transform.size()};
 }
 
 }  // namespace
 
 unit_result UNIT::compute() {
-  const globalmatch::execution how{.threads = 3, .on_progress = {}};
+  const globalmatch::execution exec{.threads = 3, .on_progress = {}};
   const std::size_t count = 10000, chunk = 100;
-  unit_result result{std::vector<double>(count / chunk), match_made_up_maps(how),
-                     globalmatch::thread_count(how)};
-  globalmatch::parallel_chunks(how, "sums", count, chunk, [&](std::size_t begin, std::size_t end) {
+  unit_result result{std::vector<double>(count / chunk), match_made_up_maps(exec),
+                     globalmatch::thread_count(exec)};
+  globalmatch::parallel_chunks(exec, "sums", count, chunk, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) result.chunk_sums[begin / chunk] += std::sqrt(double(i));
   });
   return result;

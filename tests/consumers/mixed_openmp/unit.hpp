@@ -5,7 +5,7 @@
 // What one translation unit computes; `unit.cpp` is compiled once for each of the two names.
 struct unit_result {
   std::vector<double> chunk_sums;
-  std::vector<double> motion;  // 16 numbers of a matched pair of stem maps; empty when not registered
+  std::vector<double> transform;  // 16 numbers of a matched pair of stem maps; empty when not registered
   int threads;
 };
 

@@ -52,8 +52,8 @@ inline scanner_options perfect_scanner(double angular_step) {
   return o;
 }
 
-inline simulated_scan scan_of(const plot& scene, const scanner_options& options, const execution& how = {}) {
-  return scan_from(in_the_middle(), scene, ray_caster(surfaces_of(scene), how), options, how);
+inline simulated_scan scan_of(const plot& scene, const scanner_options& options, const execution& exec = {}) {
+  return scan_from(in_the_middle(), scene, ray_caster(surfaces_of(scene), exec), options, exec);
 }
 
 }  // namespace globalmatch::support

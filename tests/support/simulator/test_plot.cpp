@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-double plan_distance(const Vector3d& a, const Vector3d& b) {
+double horizontal_distance(const Vector3d& a, const Vector3d& b) {
   return (a - b).head<2>().norm();
 }
 
@@ -65,7 +65,7 @@ TEST_CASE("pairs stand half a metre apart, and stems of one root closer and lean
   const auto pairs = grow_plot(options).stems;
   REQUIRE(pairs.size() > 20);
   for (std::size_t i = 0; i + 1 < pairs.size(); i += 2)
-    CHECK(plan_distance(pairs[i].position, pairs[i + 1].position) == Approx(0.5));
+    CHECK(horizontal_distance(pairs[i].position, pairs[i + 1].position) == Approx(0.5));
   options.trees.pairs = 0;
   options.trees.multi_stem = 1;
   std::size_t leaning = 0;
@@ -76,7 +76,7 @@ TEST_CASE("pairs stand half a metre apart, and stems of one root closer and lean
     double nearest = 100;
     for (const stem& other : stems)
       if (&other != &stems[i + 1])
-        nearest = std::min(nearest, plan_distance(other.position, stems[i + 1].position));
+        nearest = std::min(nearest, horizontal_distance(other.position, stems[i + 1].position));
     CHECK(nearest < 0.451);
   }
   CHECK(double(leaning) > 0.4 * double(stems.size()));
@@ -183,10 +183,10 @@ TEST_CASE("stations stand above the ground, clear of stems, around the first, ea
     CHECK(place.z() == Approx(scene.ground.height(place.x(), place.y()) + 1.7));
     CHECK(pose.linear().isUnitary(1e-12));
     CHECK((pose.linear() * Vector3d::UnitZ() - Vector3d::UnitZ()).norm() < 1e-12);
-    for (const stem& s : scene.stems) CHECK(plan_distance(place, s.position) - 0.5 * s.dbh >= 0.7);
+    for (const stem& s : scene.stems) CHECK(horizontal_distance(place, s.position) - 0.5 * s.dbh >= 0.7);
     for (std::uint32_t j = 0; j < i; ++j) {
       CHECK(!pose.linear().isApprox(stations[j].plot_from_scan.linear(), 1e-3));
-      CHECK(plan_distance(place, stations[j].plot_from_scan.translation()) > 8);
+      CHECK(horizontal_distance(place, stations[j].plot_from_scan.translation()) > 8);
     }
   }
 }
@@ -209,7 +209,7 @@ TEST_CASE("ways go through the plot above the ground, clear of stems, another on
   for (const Vector3d& place : first) {
     CHECK(place.z() == Approx(scene.ground.height(place.x(), place.y()) + 1.7));
     CHECK(place.head<2>().cwiseAbs().maxCoeff() < 30);
-    for (const stem& s : scene.stems) REQUIRE(plan_distance(place, s.position) - 0.5 * s.dbh >= 0.7);
+    for (const stem& s : scene.stems) REQUIRE(horizontal_distance(place, s.position) - 0.5 * s.dbh >= 0.7);
   }
 }
 

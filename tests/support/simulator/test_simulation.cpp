@@ -64,12 +64,12 @@ TEST_CASE("the station from which on the plot is harvested may be chosen") {
   options.stations.count = 3;
   options.harvested_from = 3;
   simulation sim(options);
-  const auto most_returns = [&](std::size_t i) {
+  const auto max_returns = [&](std::size_t i) {
     const auto returns = sim.scan(i).returns_per_stem;
     return *std::max_element(returns.begin(), returns.end());
   };
-  CHECK(most_returns(1) > 100);
-  CHECK(most_returns(2) == 0);
+  CHECK(max_returns(1) > 100);
+  CHECK(max_returns(2) == 0);
 }
 
 TEST_CASE("poses lay the scans of tilted scanners on the true ground") {
