@@ -1,6 +1,6 @@
 // How time, memory and success of matching depend on the stems: their number, the overlap, false stems, noise
 // and layout. Ours, the exact path, and the baselines, each up to the size that it can bear.
-#include <globalmatch/statistics.hpp>
+#include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "growth.hpp"

@@ -1,9 +1,9 @@
 // The stages of [GM] 3.1 after the ground, put together from PCL's parts: VoxelGrid, NormalEstimationOMP,
 // EuclideanClusterExtraction, SACSegmentation. Seconds a stage, beside those of `map_stems` on the same scan.
 // Built with GLOBALMATCH_BENCHMARK_PCL.
-#include <globalmatch/ground.hpp>
+#include <globalmatch/detail/mapping/ground.hpp>
 #include <globalmatch/stem_mapping.hpp>
-#include <globalmatch/understory.hpp>
+#include <globalmatch/detail/mapping/understory.hpp>
 
 #include <pcl/console/print.h>
 #include <pcl/features/normal_3d_omp.h>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots what stem_mapping wrote (CSV) as SVG. Needs matplotlib.
+"""Plots what mapping_quality wrote (CSV) as SVG. Needs matplotlib.
 
 plot_mapping.py stages  mapping.csv ... -o stages.svg     the profile: nanoseconds a point of each stage, by scene
 plot_mapping.py density density.csv ... -o density.svg    seconds, and memory beyond the points, against points

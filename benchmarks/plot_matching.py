@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Plots what matching_complexity, matching_windows and matching_verdicts wrote (CSV) as SVG. Needs matplotlib.
+"""Plots what matching_complexity, matching_windows and decision_rates wrote (CSV) as SVG. Needs matplotlib.
 
 plot_matching.py time    complexity.csv ... -o time.svg     median time against stems, by matcher and layout
 plot_matching.py memory  complexity.csv ... -o memory.svg   peak memory against stems

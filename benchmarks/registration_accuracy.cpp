@@ -2,7 +2,7 @@
 // stem maps by precision and recall, pairs by right, wrong and refused, motions by e_p, e_R and e_t.
 #include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
-#include <globalmatch/statistics.hpp>
+#include <globalmatch/detail/core/statistics.hpp>
 
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"

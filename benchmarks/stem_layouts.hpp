@@ -1,7 +1,7 @@
 // Made-up forests seen twice, for the matching benchmarks.
 #pragma once
 
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

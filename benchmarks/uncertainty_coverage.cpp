@@ -1,6 +1,6 @@
 // Does the uncertainty hold? Motions of made-up pairs of stems, and how often their 95 % ellipse holds the
 // truth.
-#include <globalmatch/uncertainty.hpp>
+#include <globalmatch/detail/matching/uncertainty.hpp>
 
 #include <Eigen/Cholesky>
 

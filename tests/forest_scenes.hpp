@@ -12,9 +12,9 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/cylinder.hpp"
-#include "globalmatch/local_points.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/mapping/cylinder.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/terrain.hpp"
 
 namespace globalmatch::scenes {

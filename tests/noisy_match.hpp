@@ -6,8 +6,8 @@
 #include <cstddef>
 
 #include "globalmatch/hypothesis.hpp"
-#include "globalmatch/position_set.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "stem_scenes.hpp"
 
 namespace globalmatch::scenes {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/position_set.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch::scenes {

@@ -1,4 +1,4 @@
-#include "globalmatch/cell_columns.hpp"
+#include "globalmatch/detail/mapping/cell_columns.hpp"
 
 #include <cstdlib>
 #include <map>

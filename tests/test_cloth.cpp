@@ -1,10 +1,10 @@
-#include "globalmatch/cloth.hpp"
+#include "globalmatch/detail/published/cloth.hpp"
 
 #include <cmath>
 #include <functional>
 
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 namespace globalmatch {
 

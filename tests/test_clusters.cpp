@@ -1,4 +1,4 @@
-#include "globalmatch/clusters.hpp"
+#include "globalmatch/detail/mapping/clusters.hpp"
 
 #include <map>
 

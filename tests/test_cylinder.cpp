@@ -1,4 +1,4 @@
-#include "globalmatch/cylinder.hpp"
+#include "globalmatch/detail/mapping/cylinder.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"

@@ -1,4 +1,4 @@
-#include "globalmatch/distance_cells.hpp"
+#include "globalmatch/detail/core/distance_cells.hpp"
 
 #include <cmath>
 #include <set>

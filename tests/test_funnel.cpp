@@ -1,4 +1,4 @@
-#include "globalmatch/funnel.hpp"
+#include "globalmatch/detail/core/funnel.hpp"
 
 #include "catch.hpp"
 #include "globalmatch/hypothesis.hpp"

@@ -1,4 +1,4 @@
-#include "globalmatch/ground.hpp"
+#include "globalmatch/detail/mapping/ground.hpp"
 
 #include <functional>
 

@@ -1,4 +1,4 @@
-#include "globalmatch/indexed_matching.hpp"
+#include "globalmatch/detail/matching/indexed_matching.hpp"
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"

@@ -1,4 +1,4 @@
-#include "globalmatch/lattice_gaps.hpp"
+#include "globalmatch/detail/matching/lattice_gaps.hpp"
 
 #include <cmath>
 

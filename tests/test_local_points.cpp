@@ -1,4 +1,4 @@
-#include "globalmatch/local_points.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
 
 #include <numbers>
 #include <utility>

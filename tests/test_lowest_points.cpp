@@ -1,4 +1,4 @@
-#include "globalmatch/lowest_points.hpp"
+#include "globalmatch/detail/mapping/lowest_points.hpp"
 
 #include "catch.hpp"
 #include "containers.hpp"

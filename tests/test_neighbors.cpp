@@ -1,10 +1,10 @@
-#include "globalmatch/neighbors.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
 
 #include <Eigen/Core>
 #include <thread>
 
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "oracles/brute_force_neighbors.hpp"
 
 namespace globalmatch {

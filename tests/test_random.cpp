@@ -1,4 +1,4 @@
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 #include "catch.hpp"
 

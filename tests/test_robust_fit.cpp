@@ -1,4 +1,4 @@
-#include "globalmatch/robust_fit.hpp"
+#include "globalmatch/detail/matching/robust_fit.hpp"
 
 #include <array>
 #include <numeric>

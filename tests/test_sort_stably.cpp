@@ -1,4 +1,4 @@
-#include "globalmatch/sort_stably.hpp"
+#include "globalmatch/detail/core/sort_stably.hpp"
 
 #include <cstdint>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "globalmatch/statistics.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 namespace globalmatch {
 

@@ -1,4 +1,4 @@
-#include "globalmatch/stem_cylinders.hpp"
+#include "globalmatch/detail/mapping/stem_cylinders.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"

@@ -1,4 +1,4 @@
-#include "globalmatch/stem_positions.hpp"
+#include "globalmatch/detail/mapping/stem_positions.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"

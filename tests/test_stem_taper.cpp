@@ -1,8 +1,8 @@
-#include "globalmatch/stem_taper.hpp"
+#include "globalmatch/detail/mapping/stem_taper.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
-#include "globalmatch/statistics.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 
 namespace globalmatch {
 

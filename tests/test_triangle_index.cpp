@@ -1,4 +1,4 @@
-#include "globalmatch/triangle_index.hpp"
+#include "globalmatch/detail/matching/triangle_index.hpp"
 
 #include <algorithm>
 #include <set>

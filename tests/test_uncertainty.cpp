@@ -1,4 +1,4 @@
-#include "globalmatch/uncertainty.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>

@@ -1,4 +1,4 @@
-#include "globalmatch/understory.hpp"
+#include "globalmatch/detail/mapping/understory.hpp"
 
 #include "catch.hpp"
 #include "containers.hpp"

@@ -1,4 +1,4 @@
-#include "globalmatch/verticality.hpp"
+#include "globalmatch/detail/mapping/verticality.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"

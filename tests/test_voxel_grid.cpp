@@ -1,4 +1,4 @@
-#include "globalmatch/voxel_grid.hpp"
+#include "globalmatch/detail/published/voxel_grid.hpp"
 
 #include "catch.hpp"
 #include "containers.hpp"

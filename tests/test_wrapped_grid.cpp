@@ -1,10 +1,10 @@
-#include "globalmatch/wrapped_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 
 #include <algorithm>
 #include <set>
 
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 namespace globalmatch {
 

@@ -18,12 +18,12 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/distance_cells.hpp"
+#include "globalmatch/detail/core/distance_cells.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 
 namespace globalmatch {
 

@@ -19,12 +19,12 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/funnel.hpp"
-#include "globalmatch/plan_index.hpp"
+#include "globalmatch/detail/core/funnel.hpp"
+#include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/position_set.hpp"
-#include "globalmatch/sort_stably.hpp"
-#include "globalmatch/statistics.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/sort_stably.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch {
@@ -72,7 +72,7 @@ struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   double inlier_threshold = 0;  ///< [m] stems this near each other were paired
-  /// Motions by chance that pair as many stems; see `significance.hpp`. The best one of a matching was judged
+  /// Motions by chance that pair as many stems; see `null_model.hpp`. The best one of a matching was judged
   /// before its last pairs, which may lie further from each other, were added.
   double log10_nfa = 0;
   double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows

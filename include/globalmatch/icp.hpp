@@ -19,10 +19,10 @@
 #include <vector>
 
 #include "globalmatch/execution.hpp"
-#include "globalmatch/local_points.hpp"
-#include "globalmatch/neighbors.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/statistics.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch {

@@ -17,7 +17,7 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/triangles.hpp"
-#include "globalmatch/wrapped_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 
 namespace globalmatch {
 

@@ -12,13 +12,13 @@
 #include <vector>
 
 #include "globalmatch/execution.hpp"
-#include "globalmatch/funnel.hpp"
+#include "globalmatch/detail/core/funnel.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
-#include "globalmatch/verdict.hpp"
+#include "globalmatch/detail/matching/decision.hpp"
 
 namespace globalmatch {
 

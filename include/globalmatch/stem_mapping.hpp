@@ -13,21 +13,21 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/cell_columns.hpp"
-#include "globalmatch/clusters.hpp"
-#include "globalmatch/cylinder.hpp"
+#include "globalmatch/detail/mapping/cell_columns.hpp"
+#include "globalmatch/detail/mapping/clusters.hpp"
+#include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/funnel.hpp"
-#include "globalmatch/ground.hpp"
-#include "globalmatch/local_points.hpp"
+#include "globalmatch/detail/core/funnel.hpp"
+#include "globalmatch/detail/mapping/ground.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/stem_cylinders.hpp"
-#include "globalmatch/stem_positions.hpp"
-#include "globalmatch/stem_taper.hpp"
-#include "globalmatch/understory.hpp"
-#include "globalmatch/upright.hpp"
-#include "globalmatch/verticality.hpp"
-#include "globalmatch/voxel_grid.hpp"
+#include "globalmatch/detail/mapping/stem_cylinders.hpp"
+#include "globalmatch/detail/mapping/stem_positions.hpp"
+#include "globalmatch/detail/mapping/stem_taper.hpp"
+#include "globalmatch/detail/mapping/understory.hpp"
+#include "globalmatch/detail/core/vertical_direction.hpp"
+#include "globalmatch/detail/mapping/verticality.hpp"
+#include "globalmatch/detail/published/voxel_grid.hpp"
 
 namespace globalmatch {
 

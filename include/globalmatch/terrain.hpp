@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "globalmatch/local_points.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
 
 namespace globalmatch {
 

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "globalmatch/execution.hpp"
-#include "globalmatch/neighbors.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 
 namespace globalmatch {
 

@@ -13,7 +13,7 @@
 
 #include "globalmatch/hypothesis.hpp"
 #include "globalmatch/local_matching.hpp"
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 
 namespace globalmatch::oracles {
 

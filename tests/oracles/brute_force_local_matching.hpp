@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "globalmatch/local_matching.hpp"
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 #include "globalmatch/triangles.hpp"
 
 namespace globalmatch::oracles {

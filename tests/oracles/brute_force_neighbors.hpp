@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "globalmatch/neighbors.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
 
 namespace globalmatch::oracles {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/position_set.hpp"
+#include "globalmatch/positions.hpp"
 
 namespace globalmatch::oracles {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"

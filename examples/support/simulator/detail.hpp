@@ -1,7 +1,7 @@
 // Internal to the simulator: angles, random values and checks that its parts share.
 #pragma once
 
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 
 #include <Eigen/Core>
 

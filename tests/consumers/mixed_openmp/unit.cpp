@@ -1,7 +1,7 @@
 #include "unit.hpp"
 
 #include <globalmatch/execution.hpp>
-#include <globalmatch/random.hpp>
+#include <globalmatch/detail/core/random.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include <cmath>

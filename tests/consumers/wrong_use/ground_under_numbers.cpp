@@ -1,5 +1,5 @@
 // Must fail on: point_range
-#include <globalmatch/ground.hpp>
+#include <globalmatch/detail/mapping/ground.hpp>
 
 #include <vector>
 

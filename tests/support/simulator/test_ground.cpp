@@ -2,7 +2,7 @@
 
 #include "bare_plot.hpp"
 #include "catch.hpp"
-#include "globalmatch/random.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "support/message_of.hpp"
 #include "support/simulator/ray_caster.hpp"
 

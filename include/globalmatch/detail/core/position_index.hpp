@@ -1,0 +1,126 @@
+// Which stems stand around a place in plan, for maps of any size and shape.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "globalmatch/execution.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
+
+namespace globalmatch {
+
+/// Share of the stems that `middle_extent` looks at.
+inline constexpr double middle_share = 0.8;
+
+/// Extent [m] of the middle 80 % of the stems along an axis, 0 (x) or 1 (y): outliers do not count. 0 without
+/// stems.
+inline double middle_extent(const position_set& stems, int axis) {
+  if (stems.size() == 0) return 0;
+  std::vector<double> values;
+  values.reserve(stems.size());
+  for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
+  const auto tenth = std::ptrdiff_t(values.size() / 10);
+  const auto low = values.begin() + tenth, high = values.end() - 1 - tenth;
+  std::nth_element(values.begin(), low, values.end());
+  const double lowest = *low;
+  std::nth_element(values.begin(), high, values.end());
+  return *high - lowest;
+}
+
+/// Immutable index over the plan positions of a map. Built in O(n), for stands of any shape; queries look at
+/// all stems of a pile within centimetres.
+class position_index {
+ public:
+  position_index() = default;
+
+  /// Throws `operation_cancelled` when the progress callback of `exec` says so.
+  explicit position_index(const position_set& stems, const execution& exec = {}) {
+    constexpr double max_occupancy = 8, min_area = 0.1;  // [m]
+    // Where stems stand in corridors, or in stands far apart, the map's extent tells nothing of their
+    // spacing.
+    for (spacing_ = typical_spacing(stems);; spacing_ = std::max(min_area, spacing_ / 2)) {
+      report_progress(exec, "plan index", 0.5);
+      grid_ = grid(stems.size(), spacing_, [&](std::size_t i) {
+        return grid::item{{stems.at[i].x(), stems.at[i].y()}, static_cast<stem_index>(i)};
+      });
+      if (spacing_ <= min_area || grid_.mean_occupancy() < max_occupancy) break;
+    }
+    report_progress(exec, "plan index", 1);
+    at_.reserve(stems.size());
+    for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
+  }
+
+  std::size_t size() const { return at_.size(); }
+  /// [m] in plan
+  const Eigen::Vector2d& at(stem_index i) const { return at_[i]; }
+  /// Distance [m] of stems on a square grid of equal density.
+  double spacing() const { return spacing_; }
+
+  /// Calls `visit(stem, squared_distance)` for the stems nearer to (x, y) than `radius`.
+  template <class Visit>
+  void for_each_within(double x, double y, double radius, const Visit& visit) const {
+    grid_.for_each_near({x, y}, radius, [&](const auto& item) {
+      const double dx = item.at[0] - x, dy = item.at[1] - y, squared = dx * dx + dy * dy;
+      if (squared < radius * radius) visit(item.label, squared);
+    });
+  }
+
+  /// Whether a stem is nearer to (x, y) than `radius`.
+  bool any_within(double x, double y, double radius) const {
+    return grid_.any_near({x, y}, radius, [&](const auto& item) {
+      const double dx = item.at[0] - x, dy = item.at[1] - y;
+      return dx * dx + dy * dy < radius * radius;
+    });
+  }
+
+  /// The `k` stems nearest to stem `i`, but not itself, ordered by (distance, index); fewer when there are
+  /// fewer. `found` is reused memory.
+  void nearest(std::size_t i, std::size_t k, std::vector<neighbor<double>>& found) const {
+    k = std::min(k, at_.size() - 1);
+    for (double radius = 1.5 * spacing_;; radius *= 2) {
+      found.clear();
+      std::size_t in_reach = 0;
+      grid_.for_each_near({at_[i].x(), at_[i].y()}, radius, [&](const auto& item) {
+        ++in_reach;
+        const double squared = (at_[item.label] - at_[i]).squaredNorm();
+        if (item.label != i && squared < radius * radius) found.push_back({item.label, squared});
+      });
+      if (found.size() >= k || in_reach == at_.size()) break;
+    }
+    if (found.size() < k) all_others(i, found);  // the corners of the last box
+    std::partial_sort(found.begin(), found.begin() + std::ptrdiff_t(k), found.end());
+    found.resize(k);
+  }
+
+ private:
+  using grid = wrapped_grid<double, 2, stem_index>;
+
+  static double typical_spacing(const position_set& stems) {
+    constexpr double min_area = 0.1;  // [m]
+    if (stems.size() < 2) return 1;
+    const double area =
+        std::max(min_area, middle_extent(stems, 0)) * std::max(min_area, middle_extent(stems, 1));
+    return std::max(min_area, std::sqrt(area / (middle_share * middle_share * double(stems.size()))));
+  }
+
+  void all_others(std::size_t i, std::vector<neighbor<double>>& found) const {
+    found.clear();
+    for (std::uint32_t j = 0; j < at_.size(); ++j)
+      if (j != i) found.push_back({j, (at_[j] - at_[i]).squaredNorm()});
+  }
+
+  double spacing_ = 1;
+  std::vector<Eigen::Vector2d> at_;
+  grid grid_;
+};
+
+}  // namespace globalmatch

@@ -1,0 +1,100 @@
+// The foot of a stem ([GM] 3.1): where its axis meets the terrain, and the ground there, which the stem
+// hides. In: a cylinder or a place, and the terrain, local frame. Out: a position or a height with its
+// uncertainty.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "globalmatch/detail/mapping/cylinder.hpp"
+#include "globalmatch/terrain.hpp"
+
+namespace globalmatch {
+
+/// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
+inline std::optional<Eigen::Vector3d> intersect_terrain(const cylinder& c, const terrain& ground) {
+  constexpr int max_iterations = 20;
+  constexpr double close_enough = 1e-9;  // [m]
+  Eigen::Vector3d p = c.point;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    if (!ground.covers(p.x(), p.y())) return std::nullopt;
+    const double z = ground.interpolated_height(p.x(), p.y());
+    const double step = std::abs(z - p.z());
+    p = c.at_height(z);
+    if (step < close_enough) break;
+  }
+  if (!ground.covers(p.x(), p.y())) return std::nullopt;
+  return p;
+}
+
+/// Height of the ground at a stem, and how sure it is.
+struct ground_height {
+  double height = 0;  ///< [m] local frame
+  double sigma = 0;   ///< [m]
+};
+
+/// The ground at (x, y) where a stem of `radius` [m] stands: a plane through the ground points around it,
+/// without those that the foot of the stem lifts, and without what stands out upwards. A point tells the less
+/// of the foot the further away it lies: its variance grows with the fourth power of that. Where too few are
+/// seen near by they are sought further away; nothing when there are none within `max_radius` metres.
+inline std::optional<ground_height> ground_at(const terrain& ground, double x, double y, double radius) {
+  constexpr double nearest = 1, max_radius = 8;  // [m]
+  constexpr double root_flare = 0.07;            // [m] around the stem
+  constexpr double kernel = 0.2;                 // [m] at this distance points count a quarter
+  constexpr double roughness = 0.02;             // [m] of a forest floor, from one step to the next
+  constexpr double ridge = 3e-3;                 // [m^2] holds the slope down where points do not spread
+  constexpr double calibration = 0.6;            // of the standard deviation that these variances make
+  constexpr int max_iterations = 4;
+  constexpr std::size_t min_points = 8;
+  std::vector<Eigen::Vector3d> around;  // from the foot
+  for (double search_radius = nearest; search_radius <= max_radius && around.size() < min_points;
+       search_radius *= 2) {
+    around.clear();
+    ground.for_each_ground_near(x, y, search_radius, [&](const Eigen::Vector3f& p) {
+      const Eigen::Vector3d d(p.x() - x, p.y() - y, p.z());
+      const double distance = d.head<2>().norm();
+      if (distance > radius + root_flare && distance < search_radius) around.push_back(d);
+    });
+  }
+  if (around.size() < 3) return std::nullopt;
+  std::optional<ground_height> found;
+  for (int iteration = 0; iteration < max_iterations && around.size() >= 3; ++iteration) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    double weights = 0;
+    const double reference = around.front().z();
+    const auto weight = [&](const Eigen::Vector3d& d) {
+      const double growth = 1 + d.head<2>().squaredNorm() / (kernel * kernel);
+      return 1 / (growth * growth);
+    };
+    for (const Eigen::Vector3d& d : around) {
+      const Eigen::Vector3d row(1, d.x(), d.y());
+      normal += weight(d) * row * row.transpose();
+      right += weight(d) * row * (d.z() - reference);
+      weights += weight(d);
+    }
+    normal(1, 1) += ridge * weights;
+    normal(2, 2) += ridge * weights;
+    const Eigen::Matrix3d inverse = normal.inverse();
+    const Eigen::Vector3d plane = inverse * right;
+    const auto residual = [&](const Eigen::Vector3d& d) {
+      return d.z() - reference - plane.dot(Eigen::Vector3d(1, d.x(), d.y()));
+    };
+    double squares = 0;
+    for (const Eigen::Vector3d& d : around) squares += weight(d) * residual(d) * residual(d);
+    const double noise = std::sqrt(squares / weights);
+    found = {reference + plane.x(),
+             calibration * std::max(noise, roughness) * std::sqrt(std::max(inverse(0, 0), 0.0))};
+    const double limit = 1.2 * std::max(roughness, noise);
+    if (std::erase_if(around, [&](const Eigen::Vector3d& d) { return residual(d) > limit; }) == 0) break;
+  }
+  return found;
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,223 @@
+// Verdict: is the best hypothesis to be trusted?
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+
+namespace globalmatch {
+
+enum class outcome {
+  registered,      ///< there is a transform to trust
+  ambiguous,       ///< several transforms explain the stems about as well
+  not_registered,  ///< no transform does
+  cancelled        ///< the progress callback said so
+};
+
+/// The outcome's name, as in the JSON output.
+inline std::string_view to_string(outcome o) {
+  switch (o) {
+    case outcome::registered:
+      return "registered";
+    case outcome::ambiguous:
+      return "ambiguous";
+    case outcome::not_registered:
+      return "not_registered";
+    case outcome::cancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+struct decision_options {
+  int min_correspondences = 4;  ///< stems in both maps (ours)
+  double min_minor_axis_sigma =
+      0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
+  /// Motions that chance would make pair as many stems: fewer are expected of one that is to be trusted
+  /// (ours).
+  double max_nfa = 1e-3;
+  /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
+  /// (ours).
+  double alternative_share = 0.5;
+  /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled:
+  /// 4-DoF cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise
+  /// (ours).
+  double max_tilt = std::numbers::pi / 180;
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const decision_options& options) {
+  if (options.min_correspondences < 3)
+    throw std::invalid_argument("decision.min_correspondences must be at least 3");
+  if (!(options.min_minor_axis_sigma >= 0))
+    throw std::invalid_argument("decision.min_minor_axis_sigma must not be negative");
+  if (!(options.max_nfa > 0)) throw std::invalid_argument("decision.max_nfa must be positive");
+  if (!(options.alternative_share > 0 && options.alternative_share <= 1))
+    throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
+  if (!(options.max_tilt >= 0)) throw std::invalid_argument("decision.max_tilt must not be negative");
+}
+
+struct decision {
+  globalmatch::outcome outcome = outcome::not_registered;
+  std::string reason;  ///< names the step and the remedy; empty when registered
+};
+
+/// What tells a right hypothesis from a wrong one.
+struct decision_features {
+  double log10_nfa = 0;  ///< of the best hypothesis
+  double lead = 0;       ///< by how much that is below the next best one's
+  double pairs = 0;      ///< stems that the best one pairs
+};
+
+/// The evidence of ranked hypotheses. A rival that is as bad as can be stands in for one that was not found.
+inline decision_features features_of(std::span<const hypothesis> hypotheses) {
+  constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing more is told
+  if (hypotheses.empty()) return {max_log10_nfa, 0, 0};
+  const double best = hypotheses[0].log10_nfa;
+  const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_nfa - best : max_lead;
+  return {std::clamp(best, min_log10_nfa, max_log10_nfa), std::clamp(lead, 0.0, max_lead),
+          double(hypotheses[0].correspondences.size())};
+}
+
+/// Probability that the best of ranked hypotheses, weighed against chance at one tolerance, lays the stems
+/// where they belong: a logistic regression on their evidence, fitted to pairs of made-up maps of which two
+/// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
+/// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
+/// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
+inline double probability_of(std::span<const hypothesis> hypotheses, const decision_options& options = {}) {
+  constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
+                   pairs_coefficient = 0.773, max_if_insignificant = 0.99;
+  const decision_features e = features_of(hypotheses);
+  if (e.pairs < options.min_correspondences) return 0;
+  const double odds = constant + nfa_coefficient * e.log10_nfa + lead_coefficient * e.lead +
+                      pairs_coefficient * std::log(e.pairs);
+  const double probability = 1 / (1 + std::exp(-odds));
+  const bool not_significant = hypotheses[0].log10_nfa > std::log10(options.max_nfa);
+  return not_significant ? std::min(probability, max_if_insignificant) : probability;
+}
+
+namespace detail {
+
+/// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
+inline double minor_axis_sigma(const hypothesis& h, const position_set& source) {
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const correspondence& c : h.correspondences) mean += source.at[c.source].head<2>();
+  mean /= double(h.correspondences.size());
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  for (const correspondence& c : h.correspondences) {
+    const Eigen::Vector2d d = source.at[c.source].head<2>() - mean;
+    covariance += d * d.transpose() / double(h.correspondences.size());
+  }
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+  solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+}
+
+/// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
+/// beyond doubt: less three standard deviations. 0 for fewer than six pairs, for those in a line, and where
+/// most heights fit better without it: a few stems whose ground is hidden make no slope.
+inline double certain_tilt(const hypothesis& h, const matching_context& context) {
+  constexpr std::size_t unknowns = 3, minimum = unknowns + 3;
+  constexpr double deviations = 3;
+  const std::size_t count = h.correspondences.size();
+  if (count < minimum) return 0;
+  std::vector<Eigen::Vector3d> rows;
+  std::vector<double> vertical_offsets;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d center = context.target.at[h.correspondences.front().target];
+  for (const correspondence& c : h.correspondences) {
+    const Eigen::Vector3d& t = context.target.at[c.target];
+    rows.push_back({1, t.x() - center.x(), t.y() - center.y()});
+    vertical_offsets.push_back(t.z() - (h.target_from_source * context.source.at[c.source]).z());
+    normal += rows.back() * rows.back().transpose();
+    right += vertical_offsets.back() * rows.back();
+  }
+  Eigen::Matrix3d inverse;
+  bool not_in_a_line = false;
+  normal.computeInverseWithCheck(inverse, not_in_a_line);
+  if (!not_in_a_line) return 0;
+  const Eigen::Vector3d plane = inverse * right;
+  std::vector<double> flat, sloped;
+  double squares = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    flat.push_back(std::abs(vertical_offsets[i]));
+    sloped.push_back(std::abs(vertical_offsets[i] - plane.dot(rows[i])));
+    squares += sloped.back() * sloped.back();
+  }
+  if (median(sloped) >= median(flat)) return 0;
+  // Student's t of n degrees of freedom has the variance n / (n - 2).
+  const double variance = squares / double(count - unknowns - 2);
+  const Eigen::Vector2d slope = plane.tail<2>();
+  const double length = slope.norm();
+  if (!(length > 0)) return 0;
+  const double doubt =
+      std::sqrt(std::max(0.0, variance * slope.dot(inverse.bottomRightCorner<2, 2>() * slope))) / length;
+  return std::atan(std::max(0.0, length - deviations * doubt));
+}
+
+}  // namespace detail
+
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
+/// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
+/// ranked, distinct, weighed against chance at one tolerance, and in the frames of `context`.
+inline decision decide(std::span<const hypothesis> hypotheses, const matching_context& context,
+                       const decision_options& options = {}) {
+  require_valid(options);
+  const position_set &source = context.source, &target = context.target;
+  const auto minimum = std::size_t(options.min_correspondences);
+  const std::string needed = "at least " + std::to_string(minimum) + " are needed";
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (map->size() < minimum)
+      return {outcome::not_registered,
+              std::string(name) + ": " + std::to_string(map->size()) + " stems, " + needed +
+                  "; scan a larger part of the plot, or look at where its stems were lost"};
+  const std::size_t best = hypotheses.empty() ? 0 : hypotheses.front().correspondences.size();
+  if (best < minimum)
+    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
+                                         " stems, " + needed +
+                                         "; the scans overlap too little or the tolerance is too small"};
+  if (detail::minor_axis_sigma(hypotheses.front(), source) < options.min_minor_axis_sigma)
+    return {outcome::not_registered,
+            "matching: the " + std::to_string(best) +
+                " paired stems lie in a line; scans with a wider overlap are needed"};
+  const double log10_nfa = hypotheses.front().log10_nfa;
+  const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
+  const bool not_significant = log10_nfa > std::log10(options.max_nfa);
+  // Rows explain every shift along themselves: so many stems are paired, and that tells nothing.
+  const bool alternative_on_lattice =
+      not_significant && hypotheses.front().log10_nfa_poisson <= std::log10(options.max_nfa);
+  const bool alternative = second > 0 && hypotheses[1].log10_nfa <= options.alternative_share * log10_nfa;
+  if (alternative_on_lattice || (!not_significant && alternative))
+    return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
+                                    " stems and another one " + std::to_string(second) +
+                                    "; more overlap is needed to tell them apart"};
+  if (not_significant)
+    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
+                                         " stems, which chance explains; more overlap is needed"};
+  const double tilt = context.uses_heights() ? detail::certain_tilt(hypotheses.front(), context) : 0;
+  if (tilt > options.max_tilt)
+    return {outcome::not_registered,
+            "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
+                std::to_string(int(tilt * 180 / std::numbers::pi)) +
+                " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
+                "heights are wrong, which can be ignored (horizontal)"};
+  return {outcome::registered, ""};
+}
+
+}  // namespace globalmatch

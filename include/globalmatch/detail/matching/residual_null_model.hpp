@@ -1,0 +1,84 @@
+// Misfits by chance: what paired stems miss each other by, in place, height or radius, when they are not one
+// stem. In: residuals under many motions, hardly any of which is right. Out: how improbable it is that pairs
+// fit as well as they do.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "globalmatch/detail/core/statistics.hpp"
+
+namespace globalmatch {
+
+/// What chance makes of residuals, whatever they are like.
+class residual_null_model {
+ public:
+  residual_null_model() = default;
+
+  /// Learns from the residuals under each of several motions. Cost: linear in them.
+  explicit residual_null_model(std::span<const std::vector<float>> of_transforms) {
+    constexpr std::size_t enough = 4096;  // residuals that tell how others compare
+    std::size_t all = 0, passed = 0;
+    for (const auto& residuals : of_transforms) all += residuals.size();
+    const std::size_t step = (all + enough - 1) / enough;
+    for (const auto& residuals : of_transforms)
+      for (const float residual : residuals)
+        if (passed++ % step == 0) known_.push_back(residual);
+    std::sort(known_.begin(), known_.end());
+    std::vector<double> factors, shares;
+    for (const auto& residuals : of_transforms) {
+      if (residuals.size() < min_pairs) continue;
+      const double pairs = double(residuals.size());
+      const double variance = std::pow(surprisal_of(residuals) - pairs, 2) / median_of_chi_squared;
+      factors.push_back(variance / pairs);
+      shares.push_back((variance - pairs) / (pairs * pairs));
+    }
+    if (factors.empty()) return;
+    factor_ = std::max(1.0, median(factors));
+    share_ = std::max(0.0, median(shares));
+  }
+
+  /// Whether there was something to learn from.
+  bool is_known() const { return factor_ > 0; }
+
+  /// Natural logarithm of the probability that by chance pairs fit as well. The residual of a pair is worth
+  /// the logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
+  /// whatever the residuals are like, and wider by as much as the sums of the known motions are, where stems
+  /// near each other fit or miss together. `fitted` pairs' worth of scatter was taken away by a fit to these
+  /// pairs. 0 for fewer than a dozen pairs.
+  double log_probability(std::span<const float> residuals, double fitted) const {
+    const double pairs = double(residuals.size());
+    if (!is_known() || residuals.size() < min_pairs) return 0;
+    const double wider = std::max(factor_, 1 + share_ * pairs);
+    return log_gamma_tail(surprisal_of(residuals) / wider, (pairs - fitted) / wider);
+  }
+
+  static constexpr std::size_t min_pairs = 12;
+
+ private:
+  static constexpr double median_of_chi_squared = 0.455;  // of one degree of freedom
+
+  /// By chance as much as there are residuals, on average: the sum of how few of those known are smaller.
+  double surprisal_of(std::span<const float> residuals) const {
+    // Among equals a residual counts as their mean: that of -log(u) over their shares u.
+    const auto integral = [](double u) { return u > 0 ? u - u * std::log(u) : 0; };
+    const double all = double(known_.size()) + 1;
+    double sum = 0;
+    for (const float residual : residuals) {
+      const auto [equal, larger] = std::equal_range(known_.begin(), known_.end(), residual);
+      const double above = double(known_.end() - larger) / all;
+      const double not_below = (double(known_.end() - equal) + 1) / all;
+      sum += (integral(not_below) - integral(above)) / (not_below - above);
+    }
+    return sum;
+  }
+
+  std::vector<float> known_;  // residuals, increasing
+  double factor_ = 0,
+         share_ = 0;  // variance of a sum over that of independent pairs; of pairs that go together
+};
+
+}  // namespace globalmatch

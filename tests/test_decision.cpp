@@ -1,0 +1,233 @@
+#include "globalmatch/detail/matching/decision.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+/// One that chance does not explain, unless told.
+hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
+  hypothesis h;
+  h.log10_nfa = log10_nfa;
+  for (stem_index i = 0; i < stems; ++i) h.correspondences.push_back({i, i});
+  return h;
+}
+
+position_set scattered(std::size_t count) {
+  random_source random(1);
+  return scenes::set_in_order(scenes::random_stems(random, count, 30, 30));
+}
+
+position_set in_a_row(std::size_t count, double offset) {
+  positions stems;
+  for (std::size_t i = 0; i < count; ++i)
+    stems.push_back({2.0 * double(i), 3.0 * double(i) + (i % 2 == 0 ? offset : -offset), 0});
+  return scenes::set_in_order(stems);
+}
+
+decision decision_on(const std::vector<hypothesis>& hypotheses, const position_set& source,
+                     const position_set& target, const decision_options& options = {}) {
+  return decide(hypotheses, matching_context(source, target, true, degrees_of_freedom::four), options);
+}
+
+/// The decision on hypotheses that pair so many stems of two maps of 40.
+decision score_counts(const std::vector<std::size_t>& counts) {
+  std::vector<hypothesis> hypotheses;
+  for (const std::size_t count : counts) hypotheses.push_back(pairing(count));
+  const position_set stems = scattered(40);
+  return decision_on(hypotheses, stems, stems);
+}
+
+}  // namespace
+
+TEST_CASE("four paired stems are enough without a rival, three are not") {
+  CHECK(score_counts({4}).outcome == outcome::registered);
+  CHECK(score_counts({3}).outcome == outcome::not_registered);
+  CHECK(score_counts({}).outcome == outcome::not_registered);
+}
+
+TEST_CASE("a registered decision has no reason, any other one names the step, the counts and the remedy") {
+  CHECK(score_counts({10}).reason.empty());
+  CHECK_THAT(score_counts({3}).reason, Catch::StartsWith("matching: ") && Catch::Contains("pairs 3 stems") &&
+                                           Catch::Contains("at least 4") && Catch::Contains("tolerance"));
+  CHECK_THAT(score_counts({10, 9}).reason,
+             Catch::StartsWith("matching: ") && Catch::Contains("pairs 10 stems") &&
+                 Catch::Contains("another one 9") && Catch::Contains("overlap"));
+}
+
+TEST_CASE("a map of fewer stems than needed is named") {
+  const std::vector<hypothesis> hypotheses = {pairing(3)};
+  const decision few_source = decision_on(hypotheses, scattered(3), scattered(20));
+  CHECK(few_source.outcome == outcome::not_registered);
+  CHECK_THAT(few_source.reason,
+             Catch::StartsWith("source: 3 stems") && Catch::Contains("scan a larger part"));
+  const decision few_target = decision_on(hypotheses, scattered(20), scattered(0));
+  CHECK(few_target.outcome == outcome::not_registered);
+  CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
+}
+
+TEST_CASE("what chance explains is not registered, and the reason says so") {
+  const position_set stems = scattered(40);
+  const auto decided = [&](double log10_nfa, const decision_options& options = {}) {
+    return decision_on(std::vector{pairing(10, log10_nfa)}, stems, stems, options);
+  };
+  CHECK(decided(-3.01).outcome == outcome::registered);
+  CHECK(decided(-2.99).outcome == outcome::not_registered);
+  CHECK_THAT(decided(5).reason, Catch::StartsWith("matching: ") && Catch::Contains("10 stems") &&
+                                    Catch::Contains("chance") && Catch::Contains("overlap"));
+  CHECK(decided(-2.99, {.max_nfa = 0.01}).outcome == outcome::registered);
+}
+
+TEST_CASE("a rival that explains the stems half as well or better makes the best ambiguous") {
+  const position_set stems = scattered(40);
+  const auto decided = [&](double best, double alternative) {
+    return decision_on(std::vector{pairing(20, best), pairing(15, alternative), pairing(15, alternative)},
+                       stems, stems)
+        .outcome;
+  };
+  CHECK(decided(-20, -10) == outcome::ambiguous);
+  CHECK(decided(-20, -20) == outcome::ambiguous);
+  CHECK(decided(-20, -9.9) == outcome::registered);
+  CHECK(decided(-20, 3) == outcome::registered);
+}
+
+TEST_CASE("what only rows explain is ambiguous, for their shifts explain it as well") {
+  const position_set stems = scattered(40);
+  const auto decided = [&](double alarms, double at_random) {
+    hypothesis best = pairing(20, alarms);
+    best.log10_nfa_poisson = at_random;
+    return decision_on({best, pairing(15, 0)}, stems, stems);
+  };
+  CHECK(decided(0, -20).outcome == outcome::ambiguous);
+  CHECK(decided(0, -2.9).outcome == outcome::not_registered);
+  CHECK(decided(-4, -20).outcome == outcome::registered);
+  CHECK_THAT(decided(0, -20).reason, Catch::Contains("pairs 20 stems"));
+}
+
+TEST_CASE("stems in a line do not make a registration, however many") {
+  for (const double offset : {0.0, 0.2}) {
+    const position_set row = in_a_row(40, offset);
+    const decision v = decision_on(std::vector<hypothesis>{pairing(40)}, row, row);
+    CHECK(v.outcome == outcome::not_registered);
+    CHECK_THAT(v.reason, Catch::StartsWith("matching: the 40 paired stems lie in a line"));
+  }
+  const position_set double_row = in_a_row(40, 2);
+  CHECK(decision_on(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome ==
+        outcome::registered);
+}
+
+TEST_CASE("the spread is the standard deviation across the line, in plan") {
+  const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
+  CHECK(detail::minor_axis_sigma(pairing(4), stems) == Approx(1));
+  const auto outcome_at = [&](double min_minor_axis_sigma) {
+    return decision_on(std::vector<hypothesis>{pairing(4)}, stems, stems,
+                       {.min_minor_axis_sigma = min_minor_axis_sigma})
+        .outcome;
+  };
+  CHECK(outcome_at(0.99) == outcome::registered);
+  CHECK(outcome_at(1.01) == outcome::not_registered);
+}
+
+TEST_CASE("all stems at one place do not make a registration") {
+  const position_set pile = scenes::set_in_order(positions(10, Eigen::Vector3d(1, 2, 3)));
+  CHECK(decision_on(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+}
+
+namespace {
+
+/// The decision on level stems paired with the same ones raised by `rise(stem, random)` [m].
+decision score_raised(std::size_t count, std::uint64_t seed, const auto& rise, bool horizontal = false,
+                      degrees_of_freedom dof = degrees_of_freedom::four) {
+  random_source random(seed);
+  const positions level = scenes::random_stems(random, count, 30, 30);
+  positions vertical_offset = level;
+  for (Eigen::Vector3d& p : vertical_offset) p.z() += rise(p, random);
+  const position_set source = scenes::set_in_order(level), target = scenes::set_in_order(vertical_offset);
+  const matching_context maps(source, target, horizontal, dof, 100);
+  hypothesis h = pairing(count);
+  h.target_from_source = *maps.fit(h.correspondences);
+  return decide(std::vector{h}, maps);
+}
+
+auto sloping(double degrees, double noise) {
+  return [=](const Eigen::Vector3d& p, random_source& random) {
+    return std::tan(degrees * std::numbers::pi / 180) * (0.6 * p.x() - 0.8 * p.y()) + noise * random.normal();
+  };
+}
+
+}  // namespace
+
+TEST_CASE("heights that slope tell of scans that were not levelled alike, and noise in heights does not") {
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    CAPTURE(seed);
+    CHECK(score_raised(20, seed, sloping(0, 0.1)).outcome == outcome::registered);
+    CHECK(score_raised(20, seed, sloping(0.5, 0.02)).outcome == outcome::registered);
+    CHECK(score_raised(6, seed, sloping(0, 0.5)).outcome == outcome::registered);
+    const decision tilted = score_raised(20, seed, sloping(3, 0.05));
+    CHECK(tilted.outcome == outcome::not_registered);
+    CHECK_THAT(tilted.reason,
+               Catch::Contains("slope by more than 2 degrees") && Catch::Contains("six degrees of freedom"));
+    CHECK(score_raised(20, seed, sloping(3, 0.05), true).outcome == outcome::registered);
+    CHECK(score_raised(20, seed, sloping(3, 0.05), false, degrees_of_freedom::six).outcome ==
+          outcome::registered);
+    CHECK(score_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to tell
+  }
+}
+
+TEST_CASE("stems on one side whose ground is hidden make no slope") {
+  int refused = 0;
+  for (const std::size_t count : {15u, 30u, 60u})
+    for (std::uint64_t seed = 1; seed <= 60; ++seed)
+      refused += score_raised(count, seed, [](const Eigen::Vector3d& p, random_source& random) {
+                   const double noise = 0.03 * random.normal();
+                   return noise + (p.x() > 20 ? 0.4 + 0.5 * random.uniform() : 0.0);
+                 }).outcome != outcome::registered;
+  CHECK(refused <= 9);  // of 180
+}
+
+TEST_CASE("a right hypothesis is the more probable, the further it leads, the more stems it pairs") {
+  const auto probability = [](std::size_t pairs, double alarms, double alternative) {
+    return probability_of(std::vector{pairing(pairs, alarms), pairing(3, alternative)});
+  };
+  CHECK(probability(20, -20, 2) > 0.99);
+  CHECK(probability(5, 1, 1.2) < 0.2);
+  CHECK(probability(8, -1, 2) > probability(8, -1, 1));
+  CHECK(probability(12, -1, 1) > probability(8, -1, 1));
+  CHECK(probability(20, -2.9, 99) == 0.99);  // chance is not ruled out
+  CHECK(probability(20, -3.1, 99) > 0.99);
+  CHECK(probability(3, -20, 2) == 0);
+  CHECK(probability_of({}) == 0);
+  CHECK(probability_of(std::vector{pairing(20, -20)}) > 0.99);
+}
+
+TEST_CASE("outcomes have the names of the JSON output") {
+  CHECK(to_string(outcome::registered) == "registered");
+  CHECK(to_string(outcome::ambiguous) == "ambiguous");
+  CHECK(to_string(outcome::not_registered) == "not_registered");
+  CHECK(to_string(outcome::cancelled) == "cancelled");
+}
+
+TEST_CASE("decision options that make no sense are named") {
+  CHECK(decision_options{}.min_correspondences == 4);
+  CHECK_THROWS_AS(require_valid(decision_options{.min_correspondences = 2}), std::invalid_argument);
+  CHECK_THROWS_WITH(require_valid(decision_options{.min_correspondences = 2}),
+                    Catch::Contains("decision.min_correspondences"));
+  for (const double bad : {-0.1, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_WITH(require_valid(decision_options{.min_minor_axis_sigma = bad}),
+                      Catch::Contains("decision.min_minor_axis_sigma"));
+  for (const double bad : {0.0, -0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK_THROWS_WITH(require_valid(decision_options{.max_nfa = bad}), Catch::Contains("decision.max_nfa"));
+    CHECK_THROWS_WITH(require_valid(decision_options{.alternative_share = bad}),
+                      Catch::Contains("decision.alternative_share"));
+  }
+}
+
+}  // namespace globalmatch

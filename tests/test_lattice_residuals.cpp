@@ -1,0 +1,243 @@
+#include "globalmatch/detail/matching/lattice_residuals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+const planting_lattice jittered_rows{{3, 0}, {0, 3}};
+
+/// Two scans, with 5 cm of noise. Stems keep their order.
+struct jittered_scans {
+  position_set source, target;
+  matching_context maps;
+
+  jittered_scans(const positions& first, const positions& second, random_source& random,
+                 bool horizontal = true)
+      : source(scenes::set_in_order(scenes::noisy(first, 0.05, random))),
+        target(scenes::set_in_order(scenes::noisy(second, 0.05, random))),
+        maps(source, target, horizontal, degrees_of_freedom::four) {}
+};
+
+Eigen::Isometry3d shift_of(int columns, int rows) {
+  return scenes::yaw_and_shift(0, {3.0 * columns, 3.0 * rows, 0});
+}
+
+/// Trees that were planted 12 cm off their places.
+positions planted(int columns, int rows, random_source& random) {
+  return scenes::noisy(scenes::lattice(columns, rows, 3), 0.12, random);
+}
+
+/// Ground that rolls by some metres, anew every 12 to 30 m.
+positions on_hills(positions stems, random_source& random) {
+  const double along_x = scenes::uniform(random, 2, 5), along_y = scenes::uniform(random, 2, 5);
+  const double start_x = scenes::uniform(random, -3, 3), start_y = scenes::uniform(random, -3, 3);
+  for (Eigen::Vector3d& p : stems)
+    p.z() = 2 * std::sin(p.x() / along_x + start_x) + 1.5 * std::cos(p.y() / along_y + start_y);
+  return stems;
+}
+
+/// Radii that differ by 2 cm, as in most stands.
+std::vector<double> any_radii(std::size_t stems, random_source& random) {
+  std::vector<double> radii;
+  for (std::size_t i = 0; i < stems; ++i) radii.push_back(std::max(0.04, 0.12 + 0.02 * random.normal()));
+  return radii;
+}
+
+/// The radii as a scan measures them, to 5 mm.
+std::vector<double> measured(std::vector<double> radii, random_source& random) {
+  for (double& r : radii) r += 0.005 * random.normal();
+  return radii;
+}
+
+}  // namespace
+
+TEST_CASE("residuals tell the true motion from all others of the lattice, wherever the walk starts") {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stand = planted(14, 12, random);
+    const jittered_scans scans(stand, stand, random);
+    for (const Eigen::Isometry3d& start : {shift_of(0, 0), shift_of(3, -2), shift_of(-8, 5)}) {
+      const lattice_residuals residuals(scans.maps, jittered_rows, start);
+      CHECK(residuals.score(shift_of(0, 0)).log10_nfa < -5);
+      CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
+      const auto proposed = residuals.propose(4);
+      REQUIRE(!proposed.empty());
+      CHECK(proposed.size() <= 4);
+      CHECK(proposed.front().correspondences.size() > 150);
+      CHECK((proposed.front().target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm() < 0.1);
+    }
+  }
+}
+
+TEST_CASE("some stems of many are enough") {
+  random_source random(1);
+  const positions stand = planted(30, 30, random);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(4, 1));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa < -20);
+  CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
+}
+
+TEST_CASE("residuals of different stands are no evidence") {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const jittered_scans scans(planted(14, 12, random), planted(12, 14, random), random);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    const auto proposed = residuals.propose(8);
+    REQUIRE(proposed.size() == 8);
+    for (const hypothesis& h : proposed) CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
+  }
+}
+
+TEST_CASE("rows that bend alike in different stands are no evidence") {
+  const auto bent = [](positions stems) {
+    for (Eigen::Vector3d& p : stems) p += 0.3 * Eigen::Vector3d(std::sin(p.y() / 9), std::sin(p.x() / 7), 0);
+    return stems;
+  };
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const jittered_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    for (const hypothesis& h : residuals.propose(8))
+      CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
+  }
+}
+
+TEST_CASE("in perfect rows the heights tell the true motion, where the ground rolls and heights count") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
+    const jittered_scans scans(stand, stand, random, false);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
+    const evidence_score told = residuals.score(shift_of(0, 0));
+    CHECK(told.log10_nfa < -3);
+    CHECK(told.evidence == evidence_source::heights);
+    CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
+    const auto proposed = residuals.propose(1);
+    REQUIRE(proposed.size() == 1);
+    CHECK(scenes::largest_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
+
+    const matching_context horizontal_distances(scans.source, scans.target, true, degrees_of_freedom::four);
+    CHECK(lattice_residuals(horizontal_distances, jittered_rows, shift_of(3, -2))
+              .score(shift_of(0, 0))
+              .log10_nfa > -2);
+  }
+}
+
+TEST_CASE("heights tell the same when one map lies higher by any amount") {
+  random_source random(1);
+  const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
+  const jittered_scans scans(stand, stand, random, false);
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
+  CHECK(residuals.score(scenes::yaw_and_shift(0, {0, 0, 80})).log10_nfa ==
+        Approx(residuals.score(shift_of(0, 0)).log10_nfa));
+}
+
+TEST_CASE("in perfect rows on level ground the radii tell the true motion, where both maps have them") {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    const positions stand = scenes::lattice(14, 12, 3);
+    const auto radii = any_radii(stand.size(), random);
+    jittered_scans scans(stand, stand, random);
+    scans.source.radius = measured(radii, random);
+    const auto told_of = [&](const Eigen::Isometry3d& transform) {
+      return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(transform);
+    };
+    CHECK(told_of(shift_of(0, 0)).log10_nfa > -2);
+
+    scans.target.radius = measured(radii, random);
+    CHECK(told_of(shift_of(0, 0)).log10_nfa < -20);
+    CHECK(told_of(shift_of(0, 0)).evidence == evidence_source::radii);
+    CHECK(told_of(shift_of(1, 0)).log10_nfa > -2);
+  }
+}
+
+TEST_CASE("radii that are larger by as much in one map tell the same, and unknown ones are left out") {
+  random_source random(1);
+  const positions stand = scenes::lattice(14, 12, 3);
+  const auto radii = any_radii(stand.size(), random);
+  jittered_scans scans(stand, stand, random);
+  scans.source.radius = measured(radii, random);
+  scans.target.radius = measured(radii, random);
+  const auto alarms = [&] {
+    return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(shift_of(0, 0)).log10_nfa;
+  };
+  const double before = alarms();
+  for (double& r : scans.target.radius) r += 0.03;
+  CHECK(alarms() == Approx(before).margin(0.01));
+
+  for (double& r : scans.source.radius)
+    if (random.uniform() < 0.5) r = 0;
+  CHECK(alarms() < -10);
+  CHECK(alarms() > before + 10);
+  std::fill(scans.source.radius.begin() + 11, scans.source.radius.end(), 0);
+  CHECK(alarms() > -2);
+}
+
+TEST_CASE("what the residuals and the radii tell a little each they tell together") {
+  double by_residuals = 0, by_radii = 0, together = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    random_source random(seed);
+    const positions perfect = scenes::lattice(10, 9, 3), stand = scenes::noisy(perfect, 0.07, random);
+    jittered_scans crooked(stand, stand, random), straight(perfect, perfect, random);
+    const auto alarms = [](const jittered_scans& scans) {
+      return lattice_residuals(scans.maps, jittered_rows, shift_of(0, 0)).score(shift_of(0, 0)).log10_nfa;
+    };
+    by_residuals += alarms(crooked);
+    const auto radii = any_radii(stand.size(), random);
+    straight.source.radius = crooked.source.radius = measured(measured(radii, random), random);
+    straight.target.radius = crooked.target.radius = measured(measured(radii, random), random);
+    by_radii += alarms(straight);
+    together += alarms(crooked);
+  }
+  CHECK(by_residuals < -50);
+  CHECK(by_radii < -50);
+  CHECK(together < 1.2 * std::min(by_residuals, by_radii));
+}
+
+TEST_CASE("heights and radii of different stands are no evidence") {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    CAPTURE(seed);
+    random_source random(seed);
+    jittered_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),
+                         random, false);
+    for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
+    for (const hypothesis& h : residuals.propose(8))
+      CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
+  }
+}
+
+TEST_CASE("a few stems are told apart by nothing") {
+  random_source random(1);
+  const positions stand = planted(4, 4, random);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa == 0);
+  CHECK(residuals.propose(8).empty());
+}
+
+TEST_CASE("where motions are too many to be looked at nothing is told") {
+  random_source random(1);
+  const positions stand = planted(100, 100, random);
+  const jittered_scans scans(stand, stand, random);
+  const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
+  CHECK(residuals.score(shift_of(0, 0)).log10_nfa == 0);
+  CHECK(residuals.propose(8).empty());
+}
+
+}  // namespace globalmatch

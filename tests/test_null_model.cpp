@@ -1,0 +1,137 @@
+#include "globalmatch/detail/matching/null_model.hpp"
+
+#include "catch.hpp"
+#include "stem_scenes.hpp"
+
+namespace globalmatch {
+
+using scenes::positions;
+
+namespace {
+
+using scenes::four;
+
+}  // namespace
+
+TEST_CASE("the chance of meeting is that of the target's stand, or of rows that are known besides") {
+  random_source random(1);
+  const position_set source = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
+  const position_set target = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
+  const position_set rows = scenes::set_in_order(scenes::lattice(8, 8, 3));
+  const matching_context maps(source, target, true, four);
+  const background_density of_target(target, maps.target_index),
+      of_rows(rows, std::make_shared<position_index>(rows));
+  const std::vector<double> thresholds = {0.05, 0.2};
+  null_model null(maps, thresholds);
+  for (const double inlier_threshold : {0.05, 0.1, 0.2})
+    CHECK(null.inlier_probability(inlier_threshold) == of_target.inlier_probability(inlier_threshold));
+  null.include_lattice_of(of_rows);
+  for (const double inlier_threshold : thresholds)
+    CHECK(null.inlier_probability(inlier_threshold) == of_rows.lattice_inlier_probability(inlier_threshold));
+  null.include_lattice_of(of_target);
+  CHECK(null.inlier_probability(0.2) == of_rows.lattice_inlier_probability(0.2));
+}
+
+TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever was added to its heights") {
+  for (const std::size_t count : {50u, 20000u}) {
+    CAPTURE(count);
+    random_source random(2);
+    const double side = std::sqrt(double(count)) * 3;
+    const positions stems = scenes::random_stems(random, count, side, side);
+    const position_set source = scenes::set_in_order(stems);
+    const position_set target =
+        scenes::set_in_order(scenes::moved(scenes::yaw_and_shift(0, {0, 0, 7}), stems));
+    const matching_context maps(source, target, false, four);
+    const auto residuals = null_model(maps).residuals_under(scenes::yaw_and_shift(0, {0.01, 0, 0}), 0.5, 0.1);
+    CHECK(residuals.vertical_offset == Approx(7));
+    CHECK(residuals.expected <= 8192);
+    CHECK(residuals.expected >= std::min(50.0, double(count) / 4));
+    CHECK(residuals.matched(0.005) == 0);
+    CHECK(residuals.matched(0.02) == residuals.expected);
+  }
+}
+
+TEST_CASE(
+    "chance explains what a wrong motion makes of many stems around a place, but not what a right one does") {
+  random_source random(3);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
+  const matching_context maps(stems, stems, true, four);
+  const null_model null(maps);
+  const Eigen::Vector3d middle(45, 45, 0);
+  const Eigen::Isometry3d wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
+  CHECK_FALSE(null.explains_around(Eigen::Isometry3d::Identity(), middle, 40, 0.1));
+  CHECK(null.explains_around(wrong, middle, 40, 0.1));
+  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
+  CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
+}
+
+TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thousand would take") {
+  int alarms = 0;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    random_source random(seed);
+    const position_set source = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
+    const position_set target = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
+    const matching_context maps(source, target, true, four);
+    const null_model null(maps);
+    // the best of many motions, those that lay one pair of stems on another
+    double best = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 300; ++i) {
+      const std::vector<correspondence> start = {{random.below(60), random.below(60)},
+                                                 {random.below(60), random.below(60)}};
+      const auto transform = maps.fit(start);
+      if (!transform) continue;
+      hypothesis h;
+      h.target_from_source = *transform;
+      score_hypothesis(h, maps, null, std::vector{0.05, 0.1, 0.2, 0.4});
+      best = std::min(best, h.log10_nfa);
+    }
+    alarms += best < -3;
+  }
+  CHECK(alarms == 0);
+}
+
+TEST_CASE("weighing finds the tolerance of the noise, and the pairs stand at it") {
+  for (const double sigma : {0.01, 0.03, 0.1}) {
+    random_source random(5);
+    const positions stems = scenes::random_stems(random, 150, 40, 40);
+    const position_set source = scenes::set_in_order(stems);
+    const position_set target = scenes::set_in_order(scenes::noisy(stems, sigma, random));
+    const matching_context maps(source, target, true, four);
+    hypothesis h;
+    const std::vector<double> thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
+    score_hypothesis(h, maps, null_model(maps), thresholds);
+    CAPTURE(sigma);
+    CHECK(h.inlier_threshold > 1.5 * sigma);
+    CHECK(h.inlier_threshold < 6 * sigma);
+    CHECK(h.log10_nfa < -50);
+    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
+    CHECK(h.rms < h.inlier_threshold);
+  }
+}
+
+TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
+  const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
+  for (const bool horizontal : {true, false}) {
+    const matching_context maps(stems, stems, horizontal, four);
+    const null_model null(maps, std::vector{0.05});
+    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    CHECK(residuals.residuals == std::vector<double>(4, 0.0));
+    const double alarms = null.log10_nfa(residuals, 0.05);
+    CHECK(std::isfinite(alarms));
+    CHECK(alarms < 0);
+  }
+}
+
+TEST_CASE("chance explains everything in maps of fewer than three stems") {
+  random_source random(1);
+  for (const std::size_t count : {0u, 1u, 2u}) {
+    const position_set few = scenes::set_in_order(scenes::random_stems(random, count, 10, 10));
+    const matching_context maps(few, few, false, four);
+    CHECK(null_model(maps).inlier_probability(0.05) == 1);
+    const null_model null(maps, std::vector{0.05});
+    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    CHECK(null.log10_nfa(residuals, 0.05) >= 0);
+  }
+}
+
+}  // namespace globalmatch

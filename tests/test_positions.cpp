@@ -1,0 +1,230 @@
+#include "globalmatch/positions.hpp"
+
+#include <array>
+#include <limits>
+#include <numbers>
+
+#include "catch.hpp"
+#include "position_types.hpp"
+#include "stem_scenes.hpp"
+
+namespace surveyors {
+
+/// A type that knows how uncertain it is.
+struct surveyed_stem {
+  double east, north, height, uncertainty;
+};
+
+/// A type that knows how thick it is, as it says, not as its member would tell.
+struct taped_stem {
+  double east, north, girth;
+  double radius = -1;
+};
+
+}  // namespace surveyors
+
+template <>
+struct globalmatch::point_traits<surveyors::surveyed_stem> {
+  static std::array<double, 3> xyz(const surveyors::surveyed_stem& s) { return {s.east, s.north, s.height}; }
+  static double position_sigma(const surveyors::surveyed_stem& s) { return s.uncertainty; }
+};
+
+template <>
+struct globalmatch::point_traits<surveyors::taped_stem> {
+  static constexpr int dimension = 2;
+  static std::array<double, 2> xyz(const surveyors::taped_stem& s) { return {s.east, s.north}; }
+  static double radius(const surveyors::taped_stem& s) { return s.girth / (2 * std::numbers::pi); }
+};
+
+namespace globalmatch {
+
+using scenes::positions;
+using surveyors::surveyed_stem;
+using surveyors::taped_stem;
+
+namespace {
+
+const Eigen::Vector3d z_up = Eigen::Vector3d::UnitZ();
+
+struct thick_stem {
+  double x, y, z;
+  float radius;
+};
+
+template <class R>
+void require_increasing_and_mapped_back(const R& given, const position_set& set) {
+  REQUIRE(set.size() == static_cast<std::size_t>(std::ranges::distance(given)));
+  REQUIRE(set.original.size() == set.size());
+  positions of_caller;
+  for (const auto& p : given) of_caller.push_back(xyz(p));
+  std::vector<bool> seen(set.size());
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    CHECK((set.frame.to_scan(set.at[i]) - of_caller[set.original[i]]).norm() < 1e-12);
+    CHECK_FALSE(seen[set.original[i]]);
+    seen[set.original[i]] = true;
+    if (i == 0) continue;
+    const Eigen::Vector3d &before = of_caller[set.original[i - 1]], &p = of_caller[set.original[i]];
+    CHECK_FALSE(std::lexicographical_compare(p.begin(), p.end(), before.begin(), before.end()));
+  }
+}
+
+}  // namespace
+
+TEST_CASE("import_positions sorts stems of any type by position and maps them back") {
+  random_source random(1);
+  const positions stems = scenes::random_stems(random, 40, 30, 30);
+  scenes::for_each_type_with_heights(stems, [](const char* name, const auto& range) {
+    INFO(name);
+    const position_set set = import_positions(range, z_up, "source");
+    CHECK(set.has_heights);
+    require_increasing_and_mapped_back(range, set);
+  });
+  scenes::for_each_type_without_heights(stems, [](const char* name, const auto& range) {
+    INFO(name);
+    const position_set set = import_positions(range, z_up, "source");
+    CHECK_FALSE(set.has_heights);
+    require_increasing_and_mapped_back(range, set);
+    for (const Eigen::Vector3d& p : set.at) CHECK(p.z() == 0);
+  });
+}
+
+TEST_CASE("import_positions gives the same bits whatever the order of the stems") {
+  random_source random(2);
+  const positions stems = scenes::random_stems(random, 50, 30, 30);
+  const position_set set = import_positions(stems, z_up, "source");
+  for (int iteration = 0; iteration < 20; ++iteration) {
+    const positions shuffled = scenes::reordered(stems, scenes::random_order(stems.size(), random));
+    const position_set other = import_positions(shuffled, z_up, "source");
+    CHECK(other.at == set.at);
+    CHECK(other.frame.origin == set.frame.origin);
+  }
+}
+
+TEST_CASE("import_positions keeps stems at the same place in the caller's order") {
+  const positions stems = {{1, 2, 3}, {0, 0, 0}, {1, 2, 3}, {1, 2, 3}};
+  CHECK(import_positions(stems, z_up, "source").original == std::vector<stem_index>{1, 0, 2, 3});
+}
+
+TEST_CASE("import_positions of no stems is an empty set") {
+  const position_set set = import_positions(positions{}, z_up, "source");
+  CHECK(set.size() == 0);
+  CHECK(set.original.empty());
+}
+
+TEST_CASE("import_positions names the map and the position that is not finite") {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+    for (const Eigen::Index coordinate : {0, 1, 2}) {
+      positions stems = {{0, 0, 0}, {1, 1, 1}, {2, 2, 2}};
+      stems[1][coordinate] = bad;
+      CHECK_THROWS_AS(import_positions(stems, z_up, "target"), std::invalid_argument);
+      CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
+                        Catch::Contains("target: position 1 is not"));
+    }
+}
+
+TEST_CASE("import_positions refuses what a double holds no millimetres of") {
+  CHECK(import_positions(positions{{1e12, 0, 0}}, z_up, "source").size() == 1);
+  for (const double far : {1.1e12, -1e155, 1e307})
+    CHECK_THROWS_WITH(import_positions(positions{{0, 0, 0}, {0, far, 0}}, z_up, "source"),
+                      Catch::Contains("source: position 1 is more than 1e12 m"));
+}
+
+TEST_CASE("import_positions keeps what a type knows of its uncertainty, in the order of the stems") {
+  const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, 0.1}, {2, 0, 0, 0}};
+  const auto sigma = import_positions(stems, z_up, "source").sigma;
+  REQUIRE(sigma.size() == 3);
+  CHECK(sigma[0] == 0.1);
+  CHECK(sigma[1] == Approx(0.2));  // unknown: the median of what is known
+  CHECK(sigma[2] == 0.3);
+  CHECK(import_positions(std::vector<surveyed_stem>{{1, 0, 0, 0}}, z_up, "source").sigma.empty());
+  CHECK(import_positions(positions{{1, 2, 3}}, z_up, "source").sigma.empty());
+}
+
+TEST_CASE("import_positions gives the same bits when stems at one place differ in their uncertainty alone") {
+  const std::vector<surveyed_stem> stems = {{1, 0, 0, 0.3}, {1, 0, 0, 0.1}}, swapped = {stems[1], stems[0]};
+  CHECK(import_positions(stems, z_up, "source").sigma == import_positions(swapped, z_up, "source").sigma);
+}
+
+TEST_CASE("import_positions names the map and the uncertainty that makes no sense") {
+  for (const double wrong :
+       {-0.1, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    const std::vector<surveyed_stem> stems = {{3, 0, 0, 0.3}, {1, 0, 0, wrong}};
+    CHECK_THROWS_WITH(import_positions(stems, z_up, "target"),
+                      "target: position_sigma 1 is negative or not finite; 0 stands for unknown");
+  }
+}
+
+TEST_CASE("import_positions keeps what a type knows of radii, in the order of the stems") {
+  const std::vector<thick_stem> thick = {{3, 0, 0, 0.25f}, {1, 0, 0, 0.5f}, {2, 0, 0, 0.125f}};
+  CHECK(import_positions(thick, z_up, "source").radius == std::vector<double>{0.5, 0.125, 0.25});
+  const std::vector<taped_stem> taped = {{3, 0, std::numbers::pi}, {1, 0, 2 * std::numbers::pi}};
+  const position_set set = import_positions(taped, z_up, "source");
+  CHECK(set.radius == std::vector<double>{1, 0.5});
+  CHECK_FALSE(set.has_heights);
+}
+
+TEST_CASE("a radius that is no length is unknown, and where all are the set has none") {
+  constexpr float infinity = std::numeric_limits<float>::infinity(),
+                  nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<thick_stem> stems = {
+      {0, 0, 0, nan}, {1, 0, 0, infinity}, {2, 0, 0, -infinity}, {3, 0, 0, -0.5f}, {4, 0, 0, 0}};
+  CHECK(import_positions(stems, z_up, "source").radius.empty());
+  stems.push_back({5, 0, 0, 0.5f});
+  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0, 0, 0, 0, 0, 0.5});
+  CHECK(import_positions(positions{{1, 2, 3}}, z_up, "source").radius.empty());
+  CHECK(import_positions(std::vector<thick_stem>{}, z_up, "source").radius.empty());
+}
+
+TEST_CASE("import_positions gives the same bits when stems at one place differ in their radius alone") {
+  const std::vector<thick_stem> stems = {{1, 0, 0, 0.5f}, {1, 0, 0, 0.25f}, {1, 0, 0, NAN}},
+                                swapped = {stems[2], stems[1], stems[0]};
+  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
+  CHECK(import_positions(swapped, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
+}
+
+TEST_CASE("import_positions refuses an up without direction") {
+  const positions stems = {{0, 0, 0}};
+  for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(0, 0, NAN)})
+    CHECK_THROWS_WITH(import_positions(stems, up, "source"), Catch::Contains("up must be"));
+}
+
+TEST_CASE("import_positions makes height along any up the z of its frame and keeps distances") {
+  random_source random(3);
+  const positions stems = scenes::random_stems(random, 20, 30, 30);
+  for (const Eigen::Vector3d& up : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0, -3, 0),
+                                    Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(0.1, 0.2, 0.9)}) {
+    const position_set set = import_positions(stems, up, "source");
+    for (std::size_t i = 1; i < set.size(); ++i) {
+      const Eigen::Vector3d given = stems[set.original[i]] - stems[set.original[0]];
+      const Eigen::Vector3d local = set.at[i] - set.at[0];
+      CHECK(local.z() == Approx(given.dot(up.normalized())).margin(1e-12));
+      CHECK(local.norm() == Approx(given.norm()));
+    }
+  }
+}
+
+TEST_CASE("positions in plan have no heights whatever the up") {
+  const std::vector<Eigen::Vector2d> stems = {{0, 0}, {5, 1}, {2, 7}};
+  const position_set set = import_positions(stems, Eigen::Vector3d(0.1, 0.2, 0.9), "source");
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    CHECK(set.at[i].z() == 0);
+    CHECK((set.at[i] - set.at[0]).norm() ==
+          Approx((stems[set.original[i]] - stems[set.original[0]]).norm()).margin(1e-12));
+  }
+}
+
+TEST_CASE("import_positions keeps tenths of millimetres of coordinates of a million metres") {
+  const positions stems = {{1e6, 5e6, 1e3}, {1e6 + 1e-4, 5e6, 1e3}, {1e6, 5e6 + 7, 1e3 - 1e-4}};
+  const position_set set = import_positions(stems, z_up, "source");
+  CHECK(set.at[0].norm() == 0);
+  CHECK(set.at[1].y() == Approx(7).margin(1e-8));
+  CHECK(set.at[1].z() == Approx(-1e-4).margin(1e-8));
+  CHECK(set.at[2].x() == Approx(1e-4).margin(1e-8));
+}
+
+TEST_CASE("stem_distance leaves heights out where they do not count") {
+  CHECK(stem_distance({1, 2, 3}, {4, 6, 15}, false) == 13);
+  CHECK(stem_distance({1, 2, 3}, {4, 6, 15}, true) == 5);
+}
+
+}  // namespace globalmatch

@@ -1,0 +1,186 @@
+#include "globalmatch/detail/matching/residual_null_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "catch.hpp"
+#include "globalmatch/detail/core/random.hpp"
+
+namespace globalmatch {
+
+namespace {
+
+using transforms = std::vector<std::vector<float>>;
+
+/// Misfits of so many pairs; `together` tells by how much all of them are larger or smaller than usual.
+std::vector<float> drawn(std::size_t pairs, double together, random_source& random) {
+  const double scale = 0.1 * std::exp(together * random.normal());
+  std::vector<float> residuals;
+  for (std::size_t i = 0; i < pairs; ++i) residuals.push_back(float(scale * std::abs(random.normal())));
+  return residuals;
+}
+
+transforms drawn_transforms(std::size_t count, std::size_t pairs, double together, random_source& random) {
+  transforms all;
+  for (std::size_t i = 0; i < count; ++i) all.push_back(drawn(pairs, together, random));
+  return all;
+}
+
+std::vector<float> times(double factor, std::vector<float> residuals) {
+  for (float& residual : residuals) residual = float(factor * residual);
+  return residuals;
+}
+
+}  // namespace
+
+TEST_CASE("by chance a fit is as improbable as is told, or less, also where all pairs fit or miss together") {
+  for (const double together : {0.0, 0.3, 1.0, 2.0})
+    for (const std::size_t pairs : {12u, 30u, 100u}) {
+      CAPTURE(together, pairs);
+      int all = 0, in_ten = 0, in_hundred = 0;
+      for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+        random_source random(seed);
+        const residual_null_model null_model(drawn_transforms(200, pairs, together, random));
+        for (int i = 0; i < 250; ++i, ++all) {
+          const double told = null_model.log_probability(drawn(pairs, together, random), 0);
+          in_ten += told <= std::log(0.1);
+          in_hundred += told <= std::log(0.01);
+        }
+      }
+      CHECK(in_ten > 0.07 * all);
+      CHECK(in_ten < 0.12 * all);
+      CHECK(in_hundred > 0.002 * all);
+      CHECK(in_hundred < 0.015 * all);
+    }
+}
+
+TEST_CASE("the number of pairs need not be that of the motions that were learned from") {
+  int all = 0, in_hundred = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    random_source random(seed);
+    transforms of_many_sizes;
+    for (std::size_t pairs = 12; pairs < 212; ++pairs) of_many_sizes.push_back(drawn(pairs, 0.5, random));
+    const residual_null_model null_model(of_many_sizes);
+    for (std::size_t pairs = 12; pairs < 212; ++pairs, ++all)
+      in_hundred += null_model.log_probability(drawn(pairs, 0.5, random), 0) <= std::log(0.01);
+  }
+  CHECK(in_hundred < 0.02 * all);
+}
+
+TEST_CASE("pairs that fit several times better than others are told, the more of them the surer") {
+  random_source random(1);
+  const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
+  double before = 0;
+  for (const std::size_t pairs : {12u, 25u, 50u, 100u}) {
+    const double told = null_model.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
+    CHECK(told < before - 5);
+    before = told;
+  }
+}
+
+TEST_CASE("pairs that fit as well as others or worse are told by nothing") {
+  random_source random(1);
+  const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
+  CHECK(null_model.log_probability(times(2, drawn(50, 0, random)), 0) == 0);
+  CHECK(null_model.log_probability(times(1000, drawn(50, 0, random)), 0) == 0);
+}
+
+TEST_CASE("where pairs go together a good fit of all of them is less improbable") {
+  random_source random(1);
+  const auto good = times(0.2, drawn(50, 0, random));
+  const residual_null_model apart(drawn_transforms(100, 50, 0, random)),
+      together(drawn_transforms(100, 50, 1, random));
+  CHECK(together.log_probability(good, 0) > 0.5 * apart.log_probability(good, 0));
+  CHECK(together.log_probability(good, 0) < -1);
+}
+
+TEST_CASE("what a fit took of the scatter makes a good fit less improbable") {
+  random_source random(1);
+  const residual_null_model null_model(drawn_transforms(100, 20, 0, random));
+  const auto good = times(0.5, drawn(20, 0, random));
+  CHECK(null_model.log_probability(good, 2) > null_model.log_probability(good, 1));
+  CHECK(null_model.log_probability(good, 1) > null_model.log_probability(good, 0));
+}
+
+TEST_CASE("residuals in other units are worth the same, bit for bit") {
+  random_source random(1);
+  const transforms known = drawn_transforms(100, 30, 0.3, random);
+  transforms scaled;
+  for (const auto& residuals : known) scaled.push_back(times(1024, residuals));
+  const residual_null_model null_model(known), chance_of_scaled(scaled);
+  for (int i = 0; i < 20; ++i) {
+    const auto residuals = times(0.5, drawn(30, 0, random));
+    const double told = null_model.log_probability(residuals, 1);
+    CHECK(told < 0);
+    CHECK(chance_of_scaled.log_probability(times(1024, residuals), 1) == told);
+  }
+}
+
+TEST_CASE("the order of the pairs and of the motions does not count") {
+  random_source random(1);
+  transforms known = drawn_transforms(50, 20, 0.3, random);
+  auto residuals = times(0.5, drawn(20, 0, random));
+  const double told = residual_null_model(known).log_probability(residuals, 0);
+  std::reverse(known.begin(), known.end());
+  std::reverse(residuals.begin(), residuals.end());
+  CHECK(told < -1);
+  CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(told));
+}
+
+TEST_CASE("fewer than a dozen pairs are told by nothing, and nothing is learned from them") {
+  random_source random(1);
+  const residual_null_model null_model(drawn_transforms(100, 12, 0, random));
+  REQUIRE(null_model.is_known());
+  CHECK(null_model.log_probability(std::vector<float>(11, 0), 0) == 0);
+  CHECK(null_model.log_probability(std::vector<float>(12, 0), 0) < -10);
+  CHECK(null_model.log_probability({}, 0) == 0);
+  const residual_null_model of_few(drawn_transforms(100, 11, 0, random));
+  CHECK_FALSE(of_few.is_known());
+  CHECK(of_few.log_probability(std::vector<float>(12, 0), 0) == 0);
+}
+
+TEST_CASE("where there is nothing to learn from chance is not known") {
+  CHECK_FALSE(residual_null_model().is_known());
+  CHECK_FALSE(residual_null_model(transforms{}).is_known());
+  CHECK_FALSE(residual_null_model(transforms(20)).is_known());
+  CHECK(residual_null_model().log_probability(std::vector<float>(12, 0), 0) == 0);
+  CHECK(residual_null_model(transforms(20)).log_probability(std::vector<float>(12, 0), 0) == 0);
+}
+
+TEST_CASE("residuals that are all equal tell nothing, though smaller ones do") {
+  for (const float size : {0.f, 0.25f}) {
+    const residual_null_model null_model(transforms(30, std::vector<float>(40, size)));
+    REQUIRE(null_model.is_known());
+    CHECK(null_model.log_probability(std::vector<float>(40, size), 0) == Approx(0).margin(1));
+    CHECK(null_model.log_probability(std::vector<float>(40, size + 1), 0) == 0);
+    CHECK(null_model.log_probability(std::vector<float>(40, size - 1), 0) < -20);
+  }
+}
+
+TEST_CASE("residuals in few steps, as of radii to the centimetre, are no better than they are") {
+  int all = 0, in_hundred = 0;
+  const auto in_steps = [](std::vector<float> residuals) {
+    for (float& residual : residuals) residual = std::round(10 * residual) / 10;
+    return residuals;
+  };
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    random_source random(seed);
+    transforms known = drawn_transforms(200, 30, 0, random);
+    for (auto& residuals : known) residuals = in_steps(residuals);
+    const residual_null_model null_model(known);
+    for (int i = 0; i < 250; ++i, ++all)
+      in_hundred += null_model.log_probability(in_steps(drawn(30, 0, random)), 0) <= std::log(0.01);
+  }
+  CHECK(in_hundred < 0.015 * all);
+}
+
+TEST_CASE("some of many residuals are enough to learn from") {
+  random_source random(1);
+  const residual_null_model null_model(drawn_transforms(400, 500, 0, random));
+  const double told = null_model.log_probability(drawn(500, 0, random), 0);
+  CHECK(told > -5);
+  CHECK(null_model.log_probability(times(0.5, drawn(500, 0, random)), 0) < -50);
+}
+
+}  // namespace globalmatch
