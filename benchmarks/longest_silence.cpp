@@ -13,6 +13,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using namespace globalmatch::benchmarks;
 
 namespace {

@@ -1,7 +1,7 @@
 // Maps the simulated scans of docs/scenes.md and compares the stems with the true ones: seconds by stage and
 // per million points, peak memory, precision, recall by returns, errors of positions and radii.
-#include <globalmatch/evaluation.hpp>
 #include <globalmatch/detail/core/statistics.hpp>
+#include <globalmatch/evaluation.hpp>
 #include <globalmatch/stem_mapping.hpp>
 
 #include "growth.hpp"
@@ -25,6 +25,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using Eigen::Vector3d;
 
 namespace {

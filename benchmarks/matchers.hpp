@@ -20,6 +20,8 @@
 
 namespace globalmatch::benchmarks {
 
+using namespace detail;
+
 /// What a matcher made of two maps.
 struct match_run {
   std::optional<Eigen::Isometry3d> target_from_source = {};

@@ -19,6 +19,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using namespace globalmatch::benchmarks;
 
 namespace {

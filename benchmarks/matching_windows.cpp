@@ -22,6 +22,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using namespace globalmatch::benchmarks;
 
 namespace {

@@ -2,8 +2,8 @@
 // EuclideanClusterExtraction, SACSegmentation. Seconds a stage, beside those of `map_stems` on the same scan.
 // Built with GLOBALMATCH_BENCHMARK_PCL.
 #include <globalmatch/detail/mapping/ground.hpp>
-#include <globalmatch/stem_mapping.hpp>
 #include <globalmatch/detail/mapping/understory.hpp>
+#include <globalmatch/stem_mapping.hpp>
 
 #include <pcl/console/print.h>
 #include <pcl/features/normal_3d_omp.h>
@@ -28,6 +28,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 
 namespace {
 

@@ -1,8 +1,8 @@
 // Registers the simulated scenes as `register_plot --all-pairs` does, and compares everything with the truth:
 // stem maps by precision and recall, pairs by right, wrong and refused, motions by e_p, e_R and e_t.
+#include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
-#include <globalmatch/detail/core/statistics.hpp>
 
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
@@ -18,6 +18,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 

@@ -18,6 +18,8 @@
 
 namespace globalmatch::benchmarks {
 
+using namespace detail;
+
 using positions = std::vector<Eigen::Vector3d>;
 
 /// How a map differs from the forest.

@@ -12,6 +12,8 @@
 
 namespace globalmatch::benchmarks {
 
+using namespace detail;
+
 struct triplet_match {
   std::optional<Eigen::Isometry3d> target_from_source;  ///< the motion that lays most stems on stems
   std::size_t source_triplets = 0, target_triplets = 0, like_pairs = 0;

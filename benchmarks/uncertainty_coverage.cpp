@@ -11,6 +11,7 @@
 #include <iostream>
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 using scenes::noisy_match;
 
 namespace {

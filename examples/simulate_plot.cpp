@@ -57,7 +57,7 @@ void add_to(CLI::App& app, support::simulation_options& o) {
   add("--row-jitter", o.plot.layout.row_jitter, "standard deviation of places in rows, along x and y [m]");
   add("--missing", o.plot.layout.missing, "share of the places in rows that are empty");
   add("--height", o.plot.trees.height, "of a tree of 20 cm [m]");
-  add("--lean", o.plot.trees.lean, "median lean of stems [deg]");
+  add("--lean", o.plot.trees.lean, "detail::median lean of stems [deg]");
   add("--shrubs", o.plot.undergrowth.shrubs_per_hectare, "shrubs per hectare");
   add("--grass", o.plot.undergrowth.blades_per_square_metre, "blades of grass per square metre");
   add("--slope", o.plot.ground.slope, "of the ground [deg]");

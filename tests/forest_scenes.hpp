@@ -12,12 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/random.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/detail/mapping/cylinder.hpp"
+#include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::scenes {
+
+using namespace detail;
 
 using cloud = std::vector<Eigen::Vector3f>;
 

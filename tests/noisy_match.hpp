@@ -5,12 +5,14 @@
 
 #include <cstddef>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/positions.hpp"
 #include "stem_scenes.hpp"
 
 namespace globalmatch::scenes {
+
+using namespace detail;
 
 /// So many stems on 30 m by 20 m, and their least squares motion.
 struct noisy_match {

@@ -12,11 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/positions.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch::scenes {
+
+using namespace detail;
 
 using positions = std::vector<Eigen::Vector3d>;
 

@@ -9,6 +9,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 using scenes::cloud;

@@ -11,6 +11,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using support::message_of;
 
 namespace {

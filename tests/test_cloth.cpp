@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 constexpr int columns = 40, rows = 30;

@@ -12,6 +12,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 /// FNV-1a over the bits of numbers.

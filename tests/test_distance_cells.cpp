@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 void require_all_found(const scenes::positions& positions, bool horizontal, double epsilon,

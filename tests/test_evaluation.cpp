@@ -9,6 +9,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 
 namespace {

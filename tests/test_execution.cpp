@@ -1,17 +1,35 @@
 #include "globalmatch/execution.hpp"
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+#include <set>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
+#ifdef __linux__
+#include <pthread.h>
+#include <sched.h>
+#endif
+
 #include "catch.hpp"
+#include "globalmatch/detail/core/processors.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
+using std::chrono::milliseconds;
 using support::message_of;
+using clock = std::chrono::steady_clock;
 
 namespace {
 
@@ -25,6 +43,34 @@ double chunked_sum(int threads, std::size_t count) {
   double total = 0;
   for (const double s : sums) total += s;
   return total;
+}
+
+double seconds_since(clock::time_point start) {
+  return std::chrono::duration<double>(clock::now() - start).count();
+}
+
+/// Keeps a thread busy without ever asking whether it should stop.
+void work_for(milliseconds duration) {
+  for (const auto start = clock::now(); clock::now() - start < duration;) continue;
+}
+
+/// The threads that worked on a loop of `chunks` chunks of 2 ms each.
+std::set<std::thread::id> threads_of_loop(const execution& exec, std::size_t chunks) {
+  std::mutex mutex;
+  std::set<std::thread::id> threads;
+  parallel_for(
+      exec, "threads", chunks,
+      [&](std::size_t) {
+        std::this_thread::sleep_for(milliseconds(2));
+        const std::lock_guard lock(mutex);
+        threads.insert(std::this_thread::get_id());
+      },
+      1);
+  return threads;
+}
+
+const std::set<std::thread::id> this_thread_alone() {
+  return {std::this_thread::get_id()};
 }
 
 }  // namespace
@@ -131,21 +177,19 @@ TEST_CASE("progress is reported on the calling thread, from 0 on, with the stage
                            elsewhere |= std::this_thread::get_id() != caller;
                            misnamed |= p.stage != "counting";
                            out_of_order |=
-                               reports == 1 ? p.fraction != 0 : p.fraction <= last || p.fraction > 1;
+                               reports == 1 ? p.fraction != 0 : p.fraction < last || p.fraction > 1;
                            last = p.fraction;
                            return true;
                          }};
     parallel_chunks(exec, "counting", 100, 1, [](std::size_t, std::size_t) {
       std::this_thread::sleep_for(std::chrono::microseconds(100));
     });
-    CHECK(reports >= 1);
+    CHECK(reports >= 2);
     CHECK_FALSE(elsewhere);
     CHECK_FALSE(misnamed);
     CHECK_FALSE(out_of_order);
-    if (threads == 1) {
-      CHECK(reports == 101);
-      CHECK(last == 1);
-    }
+    CHECK(last == 1);
+    if (threads == 1) CHECK(reports == 101);
   }
 }
 
@@ -184,22 +228,345 @@ TEST_CASE("a negative number of threads is refused") {
         }).starts_with("execution.threads"));
 }
 
-TEST_CASE("thread_count is what was asked for, or at least one") {
+TEST_CASE("thread_count is what was asked for, or at least one, and at most 1024") {
   CHECK(thread_count({}) >= 1);
   CHECK(thread_count({.threads = 1}) == 1);
-#ifdef _OPENMP
   CHECK(thread_count({.threads = 5}) == 5);
-#else
-  CHECK(thread_count({.threads = 5}) == 1);
-#endif
+  CHECK(thread_count({.threads = 100'000}) == 1024);
 }
 
-#ifdef _OPENMP
-TEST_CASE("the number of threads of the process stays as it was") {
-  const int before = omp_get_max_threads();
-  chunked_sum(before + 3, 1000);
-  CHECK(omp_get_max_threads() == before);
+TEST_CASE("loops run in parallel, and the calling thread works too") {
+  const auto threads = threads_of_loop({.threads = 3}, 30);
+  CHECK(threads.size() == 3);
+  CHECK(threads.count(std::this_thread::get_id()) == 1);
+}
+
+TEST_CASE("threads are never more than chunks, and 100,000 asked for is fine") {
+  CHECK(threads_of_loop({.threads = 100'000}, 1) == this_thread_alone());
+  CHECK(threads_of_loop({.threads = 100'000}, 5).size() <= 5);
+  CHECK(threads_of_loop({.threads = 100'000}, 5).size() >= 2);
+  const double alone = chunked_sum(1, 10001);
+  CHECK(chunked_sum(100'000, 10001) == alone);
+  CHECK(threads_of_loop({.threads = 1}, 5) == this_thread_alone());
+}
+
+TEST_CASE("short loops start no threads") {
+  int shortest = 99;
+  for (int attempt = 0; attempt < 20; ++attempt) {  // the system may hold up any of them
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    parallel_for(
+        {.threads = 4}, "short", 20,
+        [&](std::size_t) {
+          const std::lock_guard lock(mutex);
+          threads.insert(std::this_thread::get_id());
+        },
+        1);
+    shortest = std::min(shortest, int(threads.size()));
+  }
+  CHECK(shortest == 1);
+}
+
+TEST_CASE("loops of a scope share its threads") {
+  const execution exec{.threads = 3};
+  const parallel_scope scope(exec, "outer");
+  std::set<std::thread::id> threads;
+  for (int i = 0; i < 20; ++i) threads.merge(threads_of_loop(exec, 4));
+  CHECK(threads.size() >= 2);
+  CHECK(threads.size() <= 3);
+  {
+    const parallel_scope inner(exec, "inner");
+    threads.merge(threads_of_loop(exec, 4));
+    CHECK(threads.size() <= 3);
+  }
+  threads.merge(threads_of_loop({.threads = 2}, 4));
+  CHECK(threads.size() <= 3);
+  CHECK(threads_of_loop({.threads = 2}, 20).size() == 2);
+  CHECK(threads_of_loop({.threads = 5}, 60).size() == 5);
+}
+
+TEST_CASE("many short loops in a scope give the same sums with threads that come late") {
+  const execution exec{.threads = 4};
+  const double alone = chunked_sum(1, 100);
+  const parallel_scope scope(exec, "outer");
+  int others = 0;
+  for (int i = 0; i < 3000; ++i) others += chunked_sum(2 + i % 3, 100) == alone ? 0 : 1;
+  CHECK(others == 0);
+}
+
+TEST_CASE("loops of several threads that call at once do not disturb each other") {
+  const double alone = chunked_sum(1, 1000);
+  std::atomic<int> others = 0;
+  std::vector<std::thread> callers;
+  for (int i = 0; i < 4; ++i)
+    callers.emplace_back([&] {
+      for (int j = 0; j < 50; ++j) others += chunked_sum(3, 1000) == alone ? 0 : 1;
+    });
+  for (std::thread& caller : callers) caller.join();
+  CHECK(others == 0);
+}
+
+TEST_CASE("a loop in a chunk runs on the chunk's thread") {
+  for (const int threads : {1, 2, 3}) {
+    CAPTURE(threads);
+    std::atomic<int> elsewhere = 0;
+    parallel_for(
+        {.threads = threads}, "outer", 6,
+        [&](std::size_t) {
+          const execution exec{.threads = 4};
+          const parallel_scope scope(exec, "inner");
+          if (threads_of_loop(exec, 4) != this_thread_alone()) ++elsewhere;
+        },
+        1);
+    CHECK(elsewhere == 0);
+  }
+  std::set<std::thread::id> below_one_chunk;
+  parallel_for({.threads = 2}, "outer", 1,
+               [&](std::size_t) { below_one_chunk = threads_of_loop({.threads = 3}, 30); });
+  CHECK(below_one_chunk.size() == 3);
+}
+
+TEST_CASE("a loop in the progress callback runs on the calling thread") {
+  std::set<std::thread::id> threads;
+  const execution exec{.threads = 2, .on_progress = [&](const progress&) {
+                         threads.merge(threads_of_loop({.threads = 4}, 4));
+                         return true;
+                       }};
+  parallel_for(
+      exec, "outer", 4, [](std::size_t) {}, 1);
+  CHECK(threads == this_thread_alone());
+  threads.clear();
+  report_progress(exec, "no loop", 0);
+  CHECK(threads == this_thread_alone());
+  CHECK(threads_of_loop({.threads = 3}, 30).size() == 3);  // afterwards all is as before
+}
+
+TEST_CASE(
+    "the callback is asked every 50 ms while another thread works on a long chunk, which it can cancel") {
+  for (const bool long_on_caller : {false, true}) {
+    CAPTURE(long_on_caller);
+    const auto caller = std::this_thread::get_id();
+    const auto start = clock::now();
+    double last = 0, longest_silence = 0;
+    int reports = 0;
+    const execution exec{.threads = 2, .on_progress = [&](const progress&) {
+                           const double now = seconds_since(start);
+                           longest_silence = std::max(longest_silence, now - std::exchange(last, now));
+                           ++reports;
+                           return now < 0.4;
+                         }};
+    std::atomic<bool> cancelled = false;
+    const auto work = [&](std::size_t) {
+      if ((std::this_thread::get_id() == caller) != long_on_caller) {
+        work_for(milliseconds(5));
+        return;
+      }
+      try {
+        while (seconds_since(start) < 20) poll_cancelled();
+      } catch (const operation_cancelled&) {
+        cancelled = true;
+        throw;
+      }
+    };
+    CHECK_THROWS_AS(parallel_for(exec, "long", 4, work, 1), operation_cancelled);
+    CHECK(cancelled);
+    CHECK(seconds_since(start) < 10);
+    CHECK(reports >= 4);
+    CHECK(reports <= 16);
+    CHECK(longest_silence < 5);
+  }
+}
+
+TEST_CASE("an exception from the callback while chunks are at work reaches the caller as it is") {
+  for (const int threads : {1, 2}) {
+    int reports = 0;
+    std::atomic<int> left = 0;
+    const execution exec{.threads = threads, .on_progress = [&](const progress&) {
+                           if (++reports == 2) throw std::invalid_argument("from the callback");
+                           return true;
+                         }};
+    const auto work = [&](std::size_t) {
+      try {
+        for (const auto start = clock::now(); seconds_since(start) < 20;) poll_cancelled();
+      } catch (...) {
+        ++left;
+        throw;
+      }
+    };
+    CAPTURE(threads);
+    CHECK(message_of([&] { parallel_for(exec, "long", 8, work, 1); }) == "from the callback");
+    CHECK(left == threads);
+  }
+}
+
+TEST_CASE("work that swallows what the callback throws is cancelled all the same") {
+  int calls = 0;
+  const execution exec{.threads = 1, .on_progress = [&](const progress&) { return ++calls == 1; }};
+  int chunks = 0;
+  const auto work = [&](std::size_t) {
+    ++chunks;
+    try {
+      for (const auto start = clock::now(); seconds_since(start) < 20;) poll_cancelled();
+    } catch (...) {
+      return;
+    }
+  };
+  CHECK_THROWS_AS(parallel_for(exec, "long", 8, work, 1), operation_cancelled);
+  CHECK(chunks == 1);
+  CHECK(calls == 2);
+}
+
+TEST_CASE("a long chunk is left when an earlier one failed") {
+  std::atomic<bool> left = false, begun = false;
+  const auto start = clock::now();
+  const auto work = [&](std::size_t i) {
+    if (i == 0) {
+      while (!begun && seconds_since(start) < 20) poll_cancelled();  // has a thread started
+      throw std::invalid_argument("the first chunk");
+    }
+    begun = true;
+    try {
+      while (seconds_since(start) < 20) poll_cancelled();
+    } catch (const operation_cancelled&) {
+      left = true;
+      throw;
+    }
+  };
+  CHECK(message_of([&] { parallel_for({.threads = 2}, "long", 2, work, 1); }) == "the first chunk");
+  CHECK(left);
+  CHECK(seconds_since(start) < 10);
+}
+
+TEST_CASE("a nested loop on another thread is left when the outer one is cancelled") {
+  const auto caller = std::this_thread::get_id();
+  const auto start = clock::now();
+  const execution exec{.threads = 2,
+                       .on_progress = [&](const progress&) { return seconds_since(start) < 0.2; }};
+  std::atomic<bool> left = false;
+  const auto work = [&](std::size_t) {
+    if (std::this_thread::get_id() == caller) return work_for(milliseconds(5));
+    try {
+      parallel_for({}, "inner", 10, [&](std::size_t) {
+        while (seconds_since(start) < 20) poll_cancelled();
+      });
+    } catch (const operation_cancelled&) {
+      left = true;
+      throw;
+    }
+  };
+  CHECK_THROWS_AS(parallel_for(exec, "outer", 4, work, 1), operation_cancelled);
+  CHECK(left);
+}
+
+TEST_CASE(
+    "poll_cancelled asks the callback of a scope outside of loops, every 50 ms, with what was reported") {
+  CHECK_NOTHROW(poll_cancelled());  // nobody to ask
+  std::vector<std::string> stages;
+  std::vector<double> fractions;
+  const execution exec{.on_progress = [&](const progress& p) {
+    stages.emplace_back(p.stage);
+    fractions.push_back(p.fraction);
+    poll_cancelled();  // asks nobody here
+    return stages.size() < 4;
+  }};
+  const auto poll_for = [](double seconds) {
+    for (const auto start = clock::now(); seconds_since(start) < seconds;) poll_cancelled();
+  };
+  const parallel_scope scope(exec, "sorting");
+  poll_for(0.07);
+  CHECK(stages == std::vector<std::string>{"sorting"});
+  report_progress(exec, "pairing", 0.5);
+  CHECK_THROWS_AS(poll_for(20), operation_cancelled);
+  CHECK(stages == std::vector<std::string>{"sorting", "pairing", "pairing", "pairing"});
+  CHECK(fractions == std::vector<double>{0, 0.5, 0.5, 0.5});
+}
+
+TEST_CASE("a scope without a callback hears the callback of the one around it, also in its loops") {
+  const auto start = clock::now();
+  const execution outer{.threads = 2, .on_progress = [&](const progress& p) {
+                          return p.stage == "outer" && seconds_since(start) < 0.1;
+                        }};
+  const parallel_scope scope(outer, "outer");
+  const auto work = [&](std::size_t) {
+    while (seconds_since(start) < 20) poll_cancelled();
+  };
+  CHECK_THROWS_AS(parallel_for({.threads = 2}, "inner", 2, work, 1), operation_cancelled);
+  CHECK(seconds_since(start) < 10);
+}
+
+TEST_CASE("the quota of control groups is the smallest of the groups around the process, rounded up") {
+  namespace fs = std::filesystem;
+  const fs::path root = fs::temp_directory_path() /
+                        ("globalmatch_quota_" + std::to_string(clock::now().time_since_epoch().count()));
+  const auto write = [&](const char* path, const char* text) {
+    fs::create_directories((root / path).parent_path());
+    std::ofstream(root / path) << text;
+  };
+  constexpr int none = std::numeric_limits<int>::max();
+  CHECK(cpu_quota(root.string()) == none);
+  write("proc/self/cgroup", "0::/user/session\n");
+  CHECK(cpu_quota(root.string()) == none);
+  write("sys/fs/cgroup/user/session/cpu.max", "max 100000\n");
+  CHECK(cpu_quota(root.string()) == none);
+  write("sys/fs/cgroup/user/cpu.max", "250000 100000\n");
+  CHECK(cpu_quota(root.string()) == 3);
+  write("sys/fs/cgroup/user/session/cpu.max", "100000 100000\n");
+  CHECK(cpu_quota(root.string()) == 1);
+  write("sys/fs/cgroup/user/session/cpu.max", "1000 100000\n");
+  CHECK(cpu_quota(root.string()) == 1);
+  write("proc/self/cgroup", "0::/\n");
+  CHECK(cpu_quota(root.string()) == none);
+  write("sys/fs/cgroup/cpu.max", "400000 100000\n");
+  CHECK(cpu_quota(root.string()) == 4);
+
+  write("proc/self/cgroup", "3:cpuset:/a\n2:cpu,cpuacct:/docker/1\n");
+  CHECK(cpu_quota(root.string()) == none);
+  write("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "-1\n");
+  write("sys/fs/cgroup/cpu/cpu.cfs_period_us", "50000\n");
+  CHECK(cpu_quota(root.string()) == none);
+  write("sys/fs/cgroup/cpu/cpu.cfs_quota_us", "75000\n");
+  CHECK(cpu_quota(root.string()) == 2);
+  fs::remove_all(root);
+}
+
+#ifdef __linux__
+TEST_CASE("threads = 0 heeds the affinity mask") {
+  cpu_set_t before;
+  REQUIRE(sched_getaffinity(0, sizeof before, &before) == 0);
+  int first = 0;
+  while (!CPU_ISSET(first, &before)) ++first;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(first, &one);
+  REQUIRE(sched_setaffinity(0, sizeof one, &one) == 0);
+  const int pinned = thread_count({});
+  REQUIRE(sched_setaffinity(0, sizeof before, &before) == 0);
+  CHECK(pinned == 1);
+  CHECK(thread_count({}) <= CPU_COUNT(&before));
+  CHECK(thread_count({}) <= int(std::thread::hardware_concurrency()));
 }
 #endif
 
-}  // namespace globalmatch
+#ifdef __GLIBC__
+TEST_CASE("where the system starts no threads, the work is done by those that there are") {
+  pthread_attr_t before, huge;
+  REQUIRE(pthread_getattr_default_np(&before) == 0);
+  REQUIRE(pthread_attr_init(&huge) == 0);
+  REQUIRE(pthread_attr_setstacksize(&huge, std::size_t(1) << 50) == 0);
+  const execution exec{.threads = 3};
+  const parallel_scope scope(exec, "outer");
+  const auto with = threads_of_loop({.threads = 2}, 20);
+  REQUIRE(pthread_setattr_default_np(&huge) == 0);
+  const auto without = threads_of_loop(exec, 30);
+  const auto again = threads_of_loop(exec, 30);
+  CHECK_THROWS_AS(std::thread([] {}).join(), std::system_error);  // it is so
+  REQUIRE(pthread_setattr_default_np(&before) == 0);
+  CHECK(with.size() == 2);
+  CHECK(without.size() == 2);
+  CHECK(again.size() == 2);
+  pthread_attr_destroy(&huge);
+  pthread_attr_destroy(&before);
+}
+#endif
+
+}  // namespace globalmatch::detail

@@ -1,10 +1,12 @@
-#include "globalmatch/detail/core/funnel.hpp"
+#include "globalmatch/detail/mapping/funnel.hpp"
 
 #include "catch.hpp"
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/stem_mapping.hpp"
 
 namespace globalmatch {
+
+using namespace detail;
 
 TEST_CASE("the step that lost the stems is the first that leaves nothing, or else too little") {
   const auto step = [](std::string_view name, std::size_t in, std::size_t out) {

@@ -1,4 +1,4 @@
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 
 #include <set>
 
@@ -6,6 +6,8 @@
 #include "stem_scenes.hpp"
 
 namespace globalmatch {
+
+using namespace detail;
 
 using scenes::positions;
 

@@ -5,6 +5,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 
 namespace {

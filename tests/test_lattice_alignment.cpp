@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 /// How far [m] a motion lays the places of a lattice 3 m by 3 m off it, at most.

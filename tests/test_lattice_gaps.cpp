@@ -7,6 +7,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 
 namespace {

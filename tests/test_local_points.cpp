@@ -13,6 +13,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using support::message_of;

@@ -9,6 +9,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 template <class T, int Dimension>

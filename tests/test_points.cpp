@@ -15,6 +15,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using support::message_of;
 
 namespace {

@@ -38,6 +38,8 @@ struct globalmatch::point_traits<surveyors::taped_stem> {
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 using surveyors::surveyed_stem;
 using surveyors::taped_stem;

@@ -11,6 +11,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 /// The tail itself, by summing.

@@ -5,6 +5,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 using scenes::leaning;
 using scenes::sloped_terrain;

@@ -14,6 +14,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 
 namespace {

@@ -6,6 +6,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 using scenes::sloped_terrain;
 using scenes::upright;

@@ -1,9 +1,11 @@
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/stem_map.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 
 namespace globalmatch {
+
+using namespace detail;
 
 namespace {
 

@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 
 namespace {

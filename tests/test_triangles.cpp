@@ -14,6 +14,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::positions;
 using triplet = std::array<stem_index, 3>;
 

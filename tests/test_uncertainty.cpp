@@ -12,6 +12,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using scenes::noisy_match;
 
 namespace {

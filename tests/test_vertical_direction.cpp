@@ -1,9 +1,11 @@
-#include "globalmatch/detail/core/vertical_direction.hpp"
+#include "globalmatch/detail/mapping/vertical_direction.hpp"
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
 namespace globalmatch {
+
+using namespace detail;
 
 using Eigen::Vector3d;
 

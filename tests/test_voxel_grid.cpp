@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 using Eigen::Vector3f;
 using indices = std::vector<point_index>;

@@ -8,6 +8,8 @@
 
 namespace globalmatch {
 
+using namespace detail;
+
 namespace {
 
 using point2 = std::array<double, 2>;

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "globalmatch/points.hpp"
+#include "globalmatch/stem_map.hpp"
 
 namespace globalmatch {
 

@@ -18,11 +18,13 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/neighbors.hpp"
-#include "globalmatch/points.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/points.hpp"
 #include "globalmatch/transform.hpp"
 
 namespace globalmatch {
@@ -69,15 +71,13 @@ struct icp_result {
 };
 
 namespace detail {
-inline namespace GLOBALMATCH_THREADING {
-
 /// Unit normals of the surface around each target sample.
 inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vector3d>& samples,
-                                                   const neighbor_tree<double, 3>& tree, int neighbors,
-                                                   const execution& exec) {
+                                                   const detail::neighbor_tree<double, 3>& tree,
+                                                   int neighbors, const execution& exec) {
   std::vector<Eigen::Vector3d> normals(samples.size());
-  parallel_chunks(exec, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<neighbor<double>> nearest;
+  detail::parallel_chunks(exec, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<detail::neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       const Eigen::Vector3d& p = samples[i];
       tree.nearest({p.x(), p.y(), p.z()}, std::size_t(neighbors), nearest);
@@ -97,8 +97,8 @@ inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vect
 /// One layer, ready for queries.
 struct icp_surface {
   std::vector<Eigen::Vector3d> source, source_normals, target, normals;
-  bool faces;                     // the normals point outwards
-  neighbor_tree<double, 3> tree;  // of the target
+  bool faces;                             // the normals point outwards
+  detail::neighbor_tree<double, 3> tree;  // of the target
 
   icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options,
               const execution& exec)
@@ -119,8 +119,6 @@ struct icp_surface {
   }
 };
 
-}  // namespace GLOBALMATCH_THREADING
-
 /// Moved source samples, each with its partner in the target, its normal there, and its weight in the fit.
 struct icp_pairs {
   std::vector<Eigen::Vector3d> transformed, target, normals;
@@ -136,7 +134,7 @@ inline void weight_by_planes(icp_pairs& pairs, std::size_t first) {
   std::vector<double> off;
   for (std::size_t i = first; i < pairs.transformed.size(); ++i) off.push_back(std::abs(pairs.off_plane(i)));
   if (off.empty()) return;
-  const double limit = usual * deviation_of_median * median(off);
+  const double limit = usual * deviation_of_median * detail::median(off);
   for (std::size_t i = first; i < pairs.transformed.size() && limit > 0; ++i) {
     const double share = pairs.off_plane(i) / limit;
     pairs.weights[i] = std::abs(share) < 1 ? std::pow(1 - share * share, 2) : 0;
@@ -170,11 +168,6 @@ inline std::optional<Eigen::Isometry3d> plane_step(const icp_pairs& pairs, const
   return Eigen::Translation3d(center + step.tail<3>()) * rotation * Eigen::Translation3d(-center);
 }
 
-}  // namespace detail
-
-namespace detail {
-inline namespace GLOBALMATCH_THREADING {
-
 /// Appends the pairs of one layer: each moved source point with its nearest target sample, but those too far
 /// apart.
 inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& target_from_source,
@@ -182,9 +175,9 @@ inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& ta
                          icp_pairs& pairs) {
   const std::size_t first = pairs.transformed.size();
   std::vector<Eigen::Vector3d> transformed(surface.source.size());
-  std::vector<neighbor<double>> nearest_of(surface.source.size());
-  parallel_chunks(exec, "icp", transformed.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<neighbor<double>> nearest;
+  std::vector<detail::neighbor<double>> nearest_of(surface.source.size());
+  detail::parallel_chunks(exec, "icp", transformed.size(), 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<detail::neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       transformed[i] = target_from_source * surface.source[i] - origin;
       surface.tree.nearest({transformed[i].x(), transformed[i].y(), transformed[i].z()}, 1, nearest);
@@ -213,11 +206,7 @@ inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& ta
   }
   if (options.metric == icp_metric::point_to_plane) weight_by_planes(pairs, first);
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Refines `coarse`, the motion target_from_source, over the layers. When fewer than six pairs are left
 /// `converged` is false and the motion the last good one. 4-DoF turns about z, so both frames must be level.
@@ -239,7 +228,7 @@ inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isom
   const Eigen::Vector3d origin = layers.front().target.front();  // small numbers keep the digits
   std::vector<detail::icp_surface> surfaces;
   for (icp_layer& layer : layers) {
-    report_progress(exec, "icp", 0);
+    detail::report_progress(exec, "icp", 0);
     surfaces.emplace_back(layer, origin, options, exec);
   }
 
@@ -279,10 +268,8 @@ icp_result refine_by_icp(const Source& source, const Target& target, const Eigen
                          degrees_of_freedom dof, const icp_options& options = {},
                          const execution& exec = {}) {
   icp_layer layer;
-  for_each_finite(source, [&](const Eigen::Vector3d& p, point_index) { layer.source.push_back(p); });
-  for_each_finite(target, [&](const Eigen::Vector3d& p, point_index) { layer.target.push_back(p); });
+  detail::for_each_finite(source, [&](const Eigen::Vector3d& p, point_index) { layer.source.push_back(p); });
+  detail::for_each_finite(target, [&](const Eigen::Vector3d& p, point_index) { layer.target.push_back(p); });
   return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, exec);
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

@@ -14,10 +14,12 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/triangles.hpp"
-#include "globalmatch/detail/core/wrapped_grid.hpp"
 
 namespace globalmatch {
 
@@ -40,8 +42,6 @@ inline std::optional<double> local_dissimilarity(const triangle& source, const t
   return sum;
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// At most one pair for each target triangle, in their order. `epsilon` is epsilon [m]. Source triangles
 /// are tried in every admissible vertex order; of equally similar ones the first wins.
 inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& source,
@@ -52,13 +52,13 @@ inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& sou
   candidates.reserve(source.size());
   for (const triangle& s : source)
     for_each_admissible_order(s, epsilon, [&](const triangle& ordered) { candidates.push_back(ordered); });
-  using grid = wrapped_grid<float, 3>;
+  using grid = detail::wrapped_grid<float, 3>;
   const grid by_edges(candidates.size(), float(epsilon), [&](std::size_t c) {
     return grid::item{edge_point(candidates[c]), static_cast<std::uint32_t>(c)};
   });
 
   std::vector<std::optional<triangle_pair>> best_of(target.size());
-  parallel_for(exec, "local matching", target.size(), [&](std::size_t t) {
+  detail::parallel_for(exec, "local matching", target.size(), [&](std::size_t t) {
     // The grid rounds to floats: it may show too many, but hides none.
     const double rounding = 4 * std::numeric_limits<float>::epsilon() * (target[t].edges[0] + epsilon);
     auto best = std::pair(std::numeric_limits<double>::infinity(), candidates.size());
@@ -75,6 +75,4 @@ inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& sou
     if (best) pairs.push_back(*best);
   return pairs;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

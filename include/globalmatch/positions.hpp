@@ -14,17 +14,18 @@
 #include <string_view>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/points.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/points.hpp"
 
 namespace globalmatch {
 
 /// Positions of stems, sorted by (x, y, z) of the caller's frame, so that results do not depend on the
 /// caller's order.
 struct position_set {
-  local_frame frame;                 ///< its origin is the first position
+  detail::local_frame frame;         ///< its origin is the first position
   std::vector<Eigen::Vector3d> at;   ///< [m] levelled local frame
   std::vector<stem_index> original;  ///< index of each in the caller's range
   std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
@@ -45,7 +46,7 @@ inline void replace_unknown(std::vector<double>& sigma) {
     sigma.clear();
     return;
   }
-  std::replace(sigma.begin(), sigma.end(), 0.0, median(known));
+  std::replace(sigma.begin(), sigma.end(), 0.0, detail::median(known));
 }
 
 }  // namespace detail
@@ -61,7 +62,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   constexpr double max_magnitude = 1e12;  // [m]
   position_set set;
   set.has_heights = point_range<R>;
-  const Eigen::Matrix3d levelling = levelling_rotation(up);
+  const Eigen::Matrix3d levelling = detail::levelling_rotation(up);
   if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
   struct entry {
     double x, y, z, sigma, radius;
@@ -72,7 +73,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   constexpr bool has_radii = has_radius<std::ranges::range_value_t<R>>;
   std::vector<entry> given;
   for (const auto& position : positions) {
-    if (given.size() % poll_interval == 0) report_progress(exec, "positions", 0);
+    if (given.size() % poll_interval == 0) detail::report_progress(exec, "positions", 0);
     const Eigen::Vector3d p = xyz(position);
     if (!p.allFinite())
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
@@ -95,7 +96,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     given.push_back({p.x(), p.y(), p.z(), sigma, radius, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
-  if (given.size() > poll_interval) report_progress(exec, "positions", 0.5);
+  if (given.size() > poll_interval) detail::report_progress(exec, "positions", 0.5);
   set.at.reserve(given.size());
   set.original.reserve(given.size());
   if (!given.empty()) set.frame.origin = {given.front().x, given.front().y, given.front().z};

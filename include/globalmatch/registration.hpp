@@ -11,14 +11,20 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/mapping/funnel.hpp"
+#include "globalmatch/detail/matching/decision.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/funnel.hpp"
 #include "globalmatch/icp.hpp"
+#include "globalmatch/mapping_options.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
+#include "globalmatch/stem_map.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
-#include "globalmatch/detail/matching/decision.hpp"
+#include "globalmatch/transform.hpp"
 
 namespace globalmatch {
 
@@ -68,7 +74,7 @@ namespace detail {
 /// have enough.
 inline std::string describe_lost_stems(const stem_map& source, const stem_map& target, std::size_t minimum) {
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (const std::string lost = where_lost(explain(map->funnel), minimum); !lost.empty())
+    if (const std::string lost = detail::where_lost(explain(map->funnel), minimum); !lost.empty())
       return std::string(". ") + name + ", " + lost;
   return "";
 }
@@ -85,31 +91,29 @@ inline std::string describe_tilted_maps(const stem_map& source, const stem_map& 
 }
 
 /// Near the terrain's, with the vertical of the map.
-inline local_frame levelled_frame(const stem_map& map) {
-  return {map.terrain.frame.origin, levelling_rotation(map.up)};
+inline detail::local_frame levelled_frame(const stem_map& map) {
+  return {map.terrain.frame.origin, detail::levelling_rotation(map.up)};
 }
 inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points,
-                                             const local_frame& frame) {
+                                             const detail::local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(points.size());
   for (const Eigen::Vector3d& p : points) local.push_back(frame.to_local(p));
   return local;
 }
-inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map, const local_frame& frame) {
+inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map, const detail::local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(map.stem_normals.size());
   for (const Eigen::Vector3d& n : map.stem_normals) local.push_back(frame.local_from_scan_rotation * n);
   return local;
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems. It turns
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
                                     const icp_options& options, const execution& exec) {
-  const local_frame from = levelled_frame(source), to = levelled_frame(target);
+  const detail::local_frame from = levelled_frame(source), to = levelled_frame(target);
   std::vector<icp_layer> layers = {
       {levelled(source.ground_samples, from), levelled(target.ground_samples, to)},
       {levelled(source.stem_samples, from), levelled(target.stem_samples, to)}};
@@ -125,11 +129,7 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
   result.target_from_source = target_local.inverse() * result.target_from_source * source_local;
   return result;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
 /// that does not converge leaves the coarse motion. Where a map took its vertical from its stems, ICP turns
@@ -186,6 +186,4 @@ scan_registration register_scans(const Source& source, const Target& target,
   result.registration = register_maps(result.source, result.target, options, exec);
   return result;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

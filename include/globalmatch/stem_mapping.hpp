@@ -13,116 +13,27 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/clusters.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
-#include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/funnel.hpp"
+#include "globalmatch/detail/mapping/funnel.hpp"
 #include "globalmatch/detail/mapping/ground.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/points.hpp"
 #include "globalmatch/detail/mapping/stem_cylinders.hpp"
 #include "globalmatch/detail/mapping/stem_positions.hpp"
 #include "globalmatch/detail/mapping/stem_taper.hpp"
 #include "globalmatch/detail/mapping/understory.hpp"
-#include "globalmatch/detail/core/vertical_direction.hpp"
+#include "globalmatch/detail/mapping/vertical_direction.hpp"
 #include "globalmatch/detail/mapping/verticality.hpp"
 #include "globalmatch/detail/published/voxel_grid.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/stem_map.hpp"
 
 namespace globalmatch {
-
-/// What stem points are told by.
-enum class stem_point_rule {
-  cells,   ///< the surfaces through cells of 5 cm: a cost for each cell (ours)
-  points,  ///< the surfaces through points, one for each voxel: a cost for each point ([GM] 3.1)
-};
-
-/// Where the vertical of a map comes from.
-enum class vertical_rule {
-  given,            ///< from the caller ([GM] takes scans as levelled)
-  stems_if_tilted,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
-  stems,            ///< from the stems, if there are enough (ours)
-};
-
-struct mapping_options {
-  ground_options ground = {};
-  understory_options understory = {};
-  stem_point_rule rule = stem_point_rule::cells;
-  /// [m] Of the understory one point a voxel ([GM] 3.1: 0.01), with `stem_point_rule::points`; with cells a
-  /// point that is nearer to the one kept before it, in the order of the scan, is left out (ours).
-  double voxel_size = 0.01;
-  globalmatch::verticality_options verticality = {};
-  /// [m] with `stem_point_rule::points`: stem points nearer than this are of one cluster ([GM] gives no
-  /// value). Empty: three times the spacing of points at hand, at least 0.05.
-  std::optional<double> link_distance = {};
-  stem_cylinder_options stems = {};
-  vertical_rule vertical = vertical_rule::stems_if_tilted;
-};
-
-/// How many points and finds each step left.
-struct mapping_funnel {
-  ground_funnel ground;
-  std::size_t understory = 0;   ///< points in the understory layer
-  std::size_t thinned = 0;      ///< of these one a voxel
-  std::size_t stem_points = 0;  ///< of these vertical ones
-  std::size_t clusters = 0;     ///< groups of stem points
-  std::size_t cylinders = 0;    ///< found in them
-  std::size_t stems = 0;        ///< after merging and meeting the terrain
-};
-
-/// What each step was given and left, in their order.
-inline std::vector<funnel_step> explain(const mapping_funnel& f) {
-  const std::size_t finite = f.ground.points - f.ground.not_finite;
-  return {
-      {"scan", "points", f.ground.points, "points with a place", finite,
-       "not finite, or further away than any plot", "look at how the scan was read"},
-      {"ground", "raster cells", f.ground.cells, "ground points", f.ground.ground_points,
-       "apart from the rest, multipath returns, or above the cloth",
-       "is `up` the direction away from the ground, and are the coordinates metres?"},
-      {"understory", "points with a place", finite, "understory points", f.understory,
-       "too near the terrain, too high above it, or where it is not known",
-       "is `up` the direction away from the ground, and are the coordinates metres?"},
-      {"voxels", "understory points", f.understory, "thinned points", f.thinned, "others in their voxel",
-       "is the voxel size right for the scan?"},
-      {"verticality", "thinned points", f.thinned, "stem points", f.stem_points, "not on vertical surfaces",
-       "is `up` right, and is the scan dense enough for normals?"},
-      {"clusters", "stem points", f.stem_points, "clusters", f.clusters, "together, or too few together",
-       "a scanner nearer to the stems, or a denser scan, is needed"},
-      {"cylinders", "clusters", f.clusters, "cylinders", f.cylinders, "not like a stem",
-       "a scanner nearer to the stems, or a denser scan, is needed"},
-      {"stem positions", "cylinders", f.cylinders, "stems", f.stems,
-       "of one stem, or without terrain where their axes meet it", "ground must be seen around the stems"},
-  };
-}
-
-/// What is known of a scan once its stems are mapped; everything that matching and registration need.
-struct stem_map {
-  std::vector<stem> stems;                              ///< ordered by position, frame of the scan
-  globalmatch::terrain terrain;                         ///< heights, local frame
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();        ///< the vertical, unit, frame of the scan
-  Eigen::Vector3d given_up = Eigen::Vector3d::UnitZ();  ///< what the caller gave for it, unit
-  bool up_by_stems = false;                             ///< the vertical comes from the stems
-  std::optional<upright_direction> upright;             ///< how the stems stand, frame of the scan
-  double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together
-  double spacing_far = 0;         ///< [m] a tenth are wider apart
-  double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
-  std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
-  std::vector<Eigen::Vector3d> stem_samples;    ///< points on the stems, thinned, frame of the scan
-  std::vector<Eigen::Vector3d> stem_normals;    ///< unit, from the stem's axis to each of these
-  mapping_funnel funnel;
-  bool cancelled = false;  ///< the progress callback said so; nothing else is filled
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const mapping_options& options) {
-  require_valid(options.ground);
-  require_valid(options.understory);
-  require_valid(options.verticality);
-  require_valid(options.stems);
-  if (!(options.voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
-  if (options.link_distance && !(*options.link_distance > 0))
-    throw std::invalid_argument("link_distance must be positive");
-}
 
 namespace detail {
 
@@ -147,7 +58,7 @@ void record_spacing(const std::vector<Surface>& surfaces, stem_map& map) {
 }
 
 /// Clusters of the vertical points; members are positions in the understory.
-inline point_clusters cluster_stem_points(const local_points& understory,
+inline point_clusters cluster_stem_points(const detail::local_points& understory,
                                           const std::vector<local_surface>& surfaces,
                                           const std::vector<point_index>& vertical,
                                           const mapping_options& options, const execution& exec) {
@@ -169,12 +80,11 @@ struct stem_points {
   std::vector<Eigen::Vector3f> normals;  // with `stem_point_rule::points`
 };
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// Stem points by the surfaces through cells.
-inline stem_points stem_points_by_cells(std::vector<local_points> understory, const mapping_options& options,
-                                        stem_map& map, const execution& exec) {
-  const local_frame& frame = map.terrain.frame;
+inline stem_points stem_points_by_cells(std::vector<detail::local_points> understory,
+                                        const mapping_options& options, stem_map& map,
+                                        const execution& exec) {
+  const detail::local_frame& frame = map.terrain.frame;
   stem_points found{cell_sorter(std::move(understory), frame, cell_width).sorted(exec), {}, {}};
   const auto surfaces = estimate_surfaces(found.understory, options.verticality, exec);
   found.clusters = cluster_cells(found.understory, surfaces, options.verticality,
@@ -188,11 +98,12 @@ inline stem_points stem_points_by_cells(std::vector<local_points> understory, co
 }
 
 /// Stem points as in [GM]: one point a voxel, a normal for each.
-inline stem_points stem_points_by_points(const local_points& understory, const mapping_options& options,
-                                         stem_map& map, const execution& exec) {
-  local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, exec));
+inline stem_points stem_points_by_points(const detail::local_points& understory,
+                                         const mapping_options& options, stem_map& map,
+                                         const execution& exec) {
+  detail::local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, exec));
   stem_points found{sort_into_cells(std::move(thinned), cell_width, exec), {}, {}};
-  const local_points& points = found.understory.points();
+  const detail::local_points& points = found.understory.points();
   const auto surfaces = estimate_surfaces(points, options.verticality, exec);
   const auto vertical = select_stem_points(surfaces, options.verticality);
   found.clusters = cluster_stem_points(points, surfaces, vertical, options, exec);
@@ -203,13 +114,9 @@ inline stem_points stem_points_by_points(const local_points& understory, const m
   return found;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Of points sorted into cells the one nearest to the middle of each cell, in their order. Stems near a
 /// scanner, which are dense, would outweigh the others in a fine registration.
-inline std::vector<point_index> thin_in_cells(const local_points& sorted,
+inline std::vector<point_index> thin_in_cells(const detail::local_points& sorted,
                                               const std::vector<point_index>& chosen) {
   // Cells are counted from far below, so that cutting the fraction off rounds down.
   constexpr double below = 1 << 24;
@@ -231,23 +138,24 @@ inline std::vector<point_index> thin_in_cells(const local_points& sorted,
 }
 
 /// Points for a fine registration: on the ground and, thinned, on the stems; frame of the scan.
-inline void collect_samples(const std::vector<stem_cylinder>& stems, const local_points& understory,
+inline void collect_samples(const std::vector<stem_cylinder>& stems, const detail::local_points& understory,
                             stem_map& map, const execution& exec) {
-  const local_frame& frame = map.terrain.frame;
+  const detail::local_frame& frame = map.terrain.frame;
   const auto& ground = map.terrain.ground;
   map.ground_samples.resize(ground.size());
-  parallel_for(exec, "samples", ground.size(),
-               [&](std::size_t i) { map.ground_samples[i] = frame.to_scan(ground[i].cast<double>()); });
+  detail::parallel_for(exec, "samples", ground.size(), [&](std::size_t i) {
+    map.ground_samples[i] = frame.to_scan(ground[i].cast<double>());
+  });
   const Eigen::Matrix3d scan_from_local = frame.local_from_scan_rotation.transpose();
   std::vector<std::vector<point_index>> kept_of(stems.size());
-  parallel_for(
+  detail::parallel_for(
       exec, "samples", stems.size(),
       [&](std::size_t k) { kept_of[k] = thin_in_cells(understory, stems[k].support); }, 4);
   std::vector<std::size_t> first = {0};
   for (const auto& kept : kept_of) first.push_back(first.back() + kept.size());
   map.stem_samples.resize(first.back());
   map.stem_normals.resize(first.back());
-  parallel_for(
+  detail::parallel_for(
       exec, "samples", stems.size(),
       [&](std::size_t k) {
         const cylinder& c = stems[k].cylinder;
@@ -263,18 +171,11 @@ inline void collect_samples(const std::vector<stem_cylinder>& stems, const local
       4);
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-namespace detail {
-
 inline std::vector<Eigen::Vector3d> axes_of(const std::vector<stem>& stems) {
   std::vector<Eigen::Vector3d> axes;
   for (const stem& s : stems) axes.push_back(s.axis);
   return axes;
 }
-
-inline namespace GLOBALMATCH_THREADING {
 
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::Vector3d& up,
@@ -299,7 +200,7 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
           ? stem_points_by_cells(std::move(layer.parts), options, map, exec)
           : stem_points_by_points(join_parts(std::move(layer.parts), map.terrain.frame, "understory", exec),
                                   options, map, exec);
-  const local_points& understory = vertical.understory.points();
+  const detail::local_points& understory = vertical.understory.points();
   map.funnel.clusters = vertical.clusters.size();
 
   // Individual stems: cylinders
@@ -318,26 +219,23 @@ stem_map map_stems(const R& scan, const mapping_options& options, const Eigen::V
   collect_samples(stems, understory, map, exec);
   return map;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
 
 /// Whether the scan was clearly not level: its stems stand askew to the `up` that the caller gave.
 inline bool is_tilted(const stem_map& map) {
-  return map.upright && is_tilted(*map.upright, map.given_up);
+  return map.upright && detail::is_tilted(*map.upright, map.given_up);
 }
 
 /// What of it, for people, and the remedy: "stand 8.1 degrees off the vertical ...".
 inline std::string describe_tilt(const stem_map& map) {
-  const int tenths = int(std::lround(angle_between(map.upright->up, map.given_up) * 1800 / std::numbers::pi));
+  const int tenths =
+      int(std::lround(detail::angle_between(map.upright->up, map.given_up) * 1800 / std::numbers::pi));
   return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
          " degrees off the vertical" + (map.up_by_stems ? ", which is taken from them instead" : "") +
          "; a scan that was not level should turn freely (dof 6)";
 }
 
 namespace detail {
-inline namespace GLOBALMATCH_THREADING {
-
 /// Takes the vertical from the stems. Where that is so far off the given one that stems were lost, the scan
 /// is mapped once more.
 template <point_range R>
@@ -352,11 +250,7 @@ void take_vertical_from_stems(const R& scan, const mapping_options& options, ste
   if (map.upright) map.up = map.upright->up;
   map.up_by_stems = true;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
 /// are read in two forward passes, in four where the vertical is taken from the stems and far off. No stems
@@ -378,6 +272,4 @@ stem_map map_stems(const R& scan, const mapping_options& options = {},
     return map;
   }
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

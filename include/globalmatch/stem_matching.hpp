@@ -18,86 +18,33 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
-#include "globalmatch/global_matching.hpp"
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/core/position_index.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/background_density.hpp"
+#include "globalmatch/detail/matching/consensus_proposal.hpp"
+#include "globalmatch/detail/matching/decision.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/indexed_matching.hpp"
-#include "globalmatch/detail/matching/planting_lattice.hpp"
+#include "globalmatch/detail/matching/lattice_alignment.hpp"
+#include "globalmatch/detail/matching/lattice_alternatives.hpp"
 #include "globalmatch/detail/matching/lattice_gaps.hpp"
 #include "globalmatch/detail/matching/lattice_residuals.hpp"
-#include "globalmatch/detail/matching/lattice_alternatives.hpp"
+#include "globalmatch/detail/matching/null_model.hpp"
+#include "globalmatch/detail/matching/planting_lattice.hpp"
+#include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/detail/matching/triangle_index.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/global_matching.hpp"
 #include "globalmatch/local_matching.hpp"
-#include "globalmatch/detail/core/position_index.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/detail/matching/robust_fit.hpp"
-#include "globalmatch/detail/matching/lattice_alignment.hpp"
-#include "globalmatch/detail/matching/null_model.hpp"
-#include "globalmatch/detail/matching/background_density.hpp"
 #include "globalmatch/transform.hpp"
-#include "globalmatch/detail/matching/triangle_index.hpp"
 #include "globalmatch/triangles.hpp"
-#include "globalmatch/detail/matching/uncertainty.hpp"
-#include "globalmatch/detail/matching/decision.hpp"
 
 namespace globalmatch {
-
-/// How hypotheses come about.
-enum class proposal {
-  triangle_index,  ///< triangles look their likes up; for maps of any size (ours)
-  algorithm_1      ///< largest consensus set of all congruent triangles, [GM] 3.2; for some hundred stems
-};
-
-struct matching_options {
-  degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
-  bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
-  /// [m] epsilon: edges of congruent triangles differ by less, and paired stems lie closer ([GM] 3.2.2:
-  /// 0.05), in plan in 4-DoF (but for the edges of `algorithm_1`). Empty: the one at which the pairs are
-  /// least explainable by chance, or a wider one where three standard deviations of the residuals reach
-  /// further.
-  std::optional<double> inlier_threshold = {};
-  /// [m] in 4-DoF the heights of paired stems differ by less: where the ground is hidden, by shrubs or in a
-  /// hollow, they are off by decimetres (ours)
-  double vertical_threshold = 1;
-  globalmatch::proposal proposal = proposal::triangle_index;
-  indexed_matching_options indexed = {};
-  triangle_options triangles = {};      ///< of `algorithm_1`
-  global_matching_options global = {};  ///< of `algorithm_1`
-  decision_options decision = {};
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const matching_options& options) {
-  if (options.inlier_threshold &&
-      !(*options.inlier_threshold > 0 && std::isfinite(*options.inlier_threshold)))
-    throw std::invalid_argument("inlier_threshold must be positive and finite");
-  if (!(options.vertical_threshold > 0)) throw std::invalid_argument("vertical_threshold must be positive");
-  if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
-    throw std::invalid_argument("dof must be four or six");
-  if (options.horizontal && options.dof == degrees_of_freedom::six)
-    throw std::invalid_argument("horizontal: six degrees of freedom need heights");
-  require_valid(options.indexed);
-  require_valid(options.triangles);
-  require_valid(options.global);
-  require_valid(options.decision);
-}
-
-/// What came of matching, with the evidence to trust or reject it.
-struct matching {
-  globalmatch::outcome outcome = outcome::not_registered;
-  std::string reason;                                   ///< empty when registered
-  std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
-  double probability = 0;                               ///< that the best hypothesis is right
-  /// The best one and its rivals, ranked and distinct; indices into the caller's positions. Rivals lay the
-  /// stems elsewhere and pair more of them than stems that stood at random would by chance. The next best one
-  /// is always there, where one was found.
-  std::vector<hypothesis> hypotheses;
-  std::optional<transform_uncertainty> uncertainty;      ///< of `target_from_source`, in the target's frame
-  std::optional<globalmatch::planting_lattice> lattice;  ///< of the target, levelled, where it stands in rows
-  bool horizontal = false;                               ///< heights were ignored
-  double inlier_threshold = 0;                           ///< [m] that was used
-  matching_funnel funnel;
-};
 
 namespace detail {
 
@@ -122,9 +69,9 @@ inline void in_caller_frames(hypothesis& h, const position_set& source, const po
 /// made, owns its data, may be shared by threads.
 struct prepared_map {
   position_set stems;
-  std::shared_ptr<const position_index> index;
-  std::shared_ptr<const background_density> background;  ///< what chance can do among its stems
-  triangle_index triangles;
+  std::shared_ptr<const detail::position_index> index;
+  std::shared_ptr<const detail::background_density> background;  ///< what chance can do among its stems
+  detail::triangle_index triangles;
   bool horizontal_distances = true;  ///< edges of the triangles are measured in plan
 };
 
@@ -136,13 +83,11 @@ inline constexpr std::array proposal_thresholds = {0.05, 0.1, 0.2, 0.4};
 inline constexpr std::array pairing_thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                   0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
-inline namespace GLOBALMATCH_THREADING {
-
 inline prepared_map without_triangles(position_set stems, bool horizontal_distances, const execution& exec) {
-  report_progress(exec, "plan index", 0);
+  detail::report_progress(exec, "plan index", 0);
   prepared_map map{std::move(stems), nullptr, nullptr, {}, horizontal_distances};
-  map.index = std::make_shared<position_index>(map.stems, exec);
-  map.background = std::make_shared<background_density>(map.stems, map.index);
+  map.index = std::make_shared<detail::position_index>(map.stems, exec);
+  map.background = std::make_shared<detail::background_density>(map.stems, map.index);
   return map;
 }
 
@@ -157,12 +102,12 @@ inline prepared_map prepare_positions(position_set stems, bool horizontal_distan
   const std::size_t step =
       std::max<std::size_t>(1, std::min(min_queried, map.stems.size()) / options.sufficient_stems);
   map.triangles =
-      triangle_index(map.stems, *map.index, horizontal_distances, std::size_t(neighbors), exec, step);
+      detail::triangle_index(map.stems, *map.index, horizontal_distances, std::size_t(neighbors), exec, step);
   return map;
 }
 
 /// Ranked hypotheses by `algorithm_1` at one tolerance.
-inline std::vector<hypothesis> propose_by_algorithm_1(const matching_context& context,
+inline std::vector<hypothesis> propose_by_algorithm_1(const detail::matching_context& context,
                                                       double inlier_threshold,
                                                       const matching_options& options,
                                                       matching_funnel& funnel, const execution& exec) {
@@ -173,20 +118,21 @@ inline std::vector<hypothesis> propose_by_algorithm_1(const matching_context& co
   funnel.target_triangles = target_triangles.size();
   funnel.local_pairs += pairs.size();
   std::size_t tested = 0;
-  auto hypotheses = match_globally(context, pairs, inlier_threshold, options.global, exec, &tested);
+  auto hypotheses = propose_by_consensus(context, pairs, inlier_threshold, options.global, exec, &tested);
   funnel.tested += tested;
   return hypotheses;
 }
 
 /// Ranked hypotheses by the index at one tolerance after the other, the finest first, until chance no longer
 /// explains what is found. Small maps are searched once more, patiently, when that never happens.
-inline std::vector<hypothesis> propose_by_index(const matching_context& context, const prepared_map& target,
-                                                const null_model& null, std::span<const double> proposing,
+inline std::vector<hypothesis> propose_by_index(const detail::matching_context& context,
+                                                const prepared_map& target, const null_model& null,
+                                                std::span<const double> proposing,
                                                 std::span<const double> pairing,
                                                 const indexed_matching_options& options,
                                                 matching_funnel& funnel, const execution& exec) {
   std::vector<hypothesis> hypotheses;
-  const auto search = [&](const triangle_index& triangles, bool exhaustive) {
+  const auto search = [&](const detail::triangle_index& triangles, bool exhaustive) {
     for (const double inlier_threshold : proposing) {
       auto proposed = match_by_index(context, triangles, inlier_threshold, null, pairing, options, exhaustive,
                                      funnel, exec);
@@ -202,8 +148,8 @@ inline std::vector<hypothesis> propose_by_index(const matching_context& context,
   if (few && larger > options.retry_max_stems && search(target.triangles, false)) return hypotheses;
   if (search(target.triangles, few)) return hypotheses;
   if (larger > options.exhaustive_max_stems && larger <= options.retry_max_stems)
-    search(triangle_index(context.target, *target.index, context.horizontal_distances(),
-                          std::size_t(options.exhaustive_neighbors), exec),
+    search(detail::triangle_index(context.target, *target.index, context.horizontal_distances(),
+                                  std::size_t(options.exhaustive_neighbors), exec),
            true);
   return hypotheses;
 }
@@ -211,7 +157,8 @@ inline std::vector<hypothesis> propose_by_index(const matching_context& context,
 /// The target stems that a hypothesis pairs as a stand of their own: some thousands from one place where
 /// there are more, and none where they are too few to tell rows from likeness by chance. They may stand in
 /// rows though most of the map does not.
-inline background_density paired_background(const hypothesis& h, const matching_context& context) {
+inline detail::background_density paired_background(const hypothesis& h,
+                                                    const detail::matching_context& context) {
   constexpr std::size_t minimum = 20;
   constexpr double maximum = 4096;
   const double radius = std::sqrt(maximum / std::numbers::pi) * context.target_index->spacing();
@@ -222,14 +169,14 @@ inline background_density paired_background(const hypothesis& h, const matching_
     for (const correspondence& c : h.correspondences)
       if ((place(c) - center).head<2>().norm() < radius) paired.at.push_back(place(c));
   }
-  return background_density(paired, std::make_shared<position_index>(paired));
+  return detail::background_density(paired, std::make_shared<detail::position_index>(paired));
 }
 
 /// Of a stand in rows: adds what its gaps or residuals tell, to the evidence and to the hypotheses, and ranks
 /// them.
 template <class Evidence>
 void score_by_lattice(const Evidence& evidence, double search_radius, std::vector<hypothesis>& hypotheses,
-                      const matching_context& context, const null_model& null,
+                      const detail::matching_context& context, const null_model& null,
                       std::span<const double> thresholds) {
   constexpr std::size_t maximum = 16;  // motions of the lattice that are tried
   constexpr double significant =
@@ -259,7 +206,7 @@ void score_by_lattice(const Evidence& evidence, double search_radius, std::vecto
 /// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `has_lattice`:
 /// the target stands so.
 inline std::vector<hypothesis> finalize_hypotheses(std::vector<hypothesis>&& proposed,
-                                                   const matching_context& context, null_model null,
+                                                   const detail::matching_context& context, null_model null,
                                                    std::span<const double> thresholds, bool has_lattice,
                                                    const indexed_matching_options& options) {
   if (proposed.empty()) return {};
@@ -296,7 +243,7 @@ inline std::vector<hypothesis> finalize_hypotheses(std::vector<hypothesis>&& pro
 }
 
 /// Ranked hypotheses, weighed against chance.
-inline std::vector<hypothesis> propose(const matching_context& context, const prepared_map& target,
+inline std::vector<hypothesis> propose(const detail::matching_context& context, const prepared_map& target,
                                        const matching_options& options, matching_funnel& funnel,
                                        const execution& exec) {
   using thresholds = std::span<const double>;
@@ -332,7 +279,8 @@ inline void remove_insignificant(std::vector<hypothesis>& hypotheses, const deci
 }
 
 /// Judges the hypotheses, which are in the frames of `context`, and tells the caller in theirs.
-inline void conclude(matching& result, const matching_context& context, const matching_options& options) {
+inline void conclude(matching& result, const detail::matching_context& context,
+                     const matching_options& options) {
   context.poll_cancelled();
   const decision decided = decide(result.hypotheses, context, options.decision);
   result.outcome = decided.outcome;
@@ -367,10 +315,11 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   matching result;
   result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
-  report_progress(exec, "plan index", 0);
-  matching_context context(source, target.stems, std::make_shared<position_index>(source, exec), target.index,
-                           result.horizontal, options.dof, options.vertical_threshold);
-  context.on_poll = [&] { report_progress(exec, "verification", 0); };
+  detail::report_progress(exec, "plan index", 0);
+  detail::matching_context context(source, target.stems,
+                                   std::make_shared<detail::position_index>(source, exec), target.index,
+                                   result.horizontal, options.dof, options.vertical_threshold);
+  context.on_poll = [&] { detail::report_progress(exec, "verification", 0); };
   context.poll_cancelled();
   if (options.proposal == proposal::triangle_index &&
       context.horizontal_distances() != target.horizontal_distances)
@@ -391,11 +340,7 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
   conclude(result, swapped ? context.reversed() : context, options);
   return result;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions that
 /// are already behind the border, but throws `operation_cancelled`. The larger map is indexed, the smaller
@@ -456,6 +401,4 @@ matching match_stems(const Source& source, const Target& target, const matching_
     return detail::cancelled_matching(e);
   }
 }
-
-}  // namespace GLOBALMATCH_THREADING
 }  // namespace globalmatch

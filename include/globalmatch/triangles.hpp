@@ -14,8 +14,10 @@
 #include <stdexcept>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
 
@@ -66,8 +68,6 @@ inline std::array<float, 3> edge_point(const triangle& t) {
   return {float(t.edges[0]), float(t.edges[1]), float(t.edges[2])};
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// All distinct local triangles, ordered by their sorted vertices. Throws `std::invalid_argument` for options
 /// that make no sense, and `operation_cancelled`.
 inline std::vector<triangle> build_triangles(const position_set& stems, bool horizontal,
@@ -77,19 +77,19 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   const std::size_t size = stems.size();
   const std::size_t neighbors =
       std::min(std::size_t(options.neighbors), size - std::min<std::size_t>(size, 1));
-  const neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
+  const detail::neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
     return Eigen::Vector3d(stems.at[i].x(), stems.at[i].y(), horizontal ? 0.0 : stems.at[i].z());
   });
   constexpr std::size_t chunk = 32;
   using triplet = std::array<stem_index, 3>;  // sorted
   std::vector<std::vector<triplet>> found((size + chunk - 1) / chunk);
-  parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
+  detail::parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
     auto& own = found[begin / chunk];
     own.reserve((end - begin) * neighbors * (std::max<std::size_t>(neighbors, 1) - 1) / 2);
-    std::vector<neighbor<double>> nearest;
+    std::vector<detail::neighbor<double>> nearest;
     for (std::size_t i = begin; i < end; ++i) {
       tree.nearest(tree[i], neighbors + 1, nearest);
-      std::erase_if(nearest, [&](const neighbor<double>& n) { return n.index == i; });
+      std::erase_if(nearest, [&](const detail::neighbor<double>& n) { return n.index == i; });
       nearest.resize(std::min(nearest.size(), neighbors));  // duplicates of stem i may have crowded it out
       for (std::size_t j = 0; j < nearest.size(); ++j)
         for (std::size_t k = j + 1; k < nearest.size(); ++k) {
@@ -105,7 +105,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
     own = {};
   }
   std::vector<std::vector<triangle>> made(by_least.size());
-  parallel_for(
+  detail::parallel_for(
       exec, "triangles", by_least.size(),
       [&](std::size_t c) {
         auto& triplets = by_least[c];
@@ -125,8 +125,6 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   }
   return triangles;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 
 /// Calls `visit(triangle)` for every order that the triangle may canonically have in another scan, where
 /// edges differ by less than `epsilon` [m]: any vertex opposite an edge within twice the tolerance of the

@@ -5,6 +5,7 @@
 #include "globalmatch/stem_mapping.hpp"
 
 using namespace globalmatch;
+using namespace globalmatch::detail;
 
 namespace {
 

@@ -13,6 +13,8 @@
 namespace globalmatch::golden {
 namespace {
 
+using namespace detail;
+
 using namespace globalmatch::benchmarks;
 
 struct measured_stem {

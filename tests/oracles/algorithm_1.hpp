@@ -11,11 +11,13 @@
 #include <span>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/positions.hpp"
 
 namespace globalmatch::oracles {
+
+using namespace detail;
 
 /// D_global, [GM] Eq. (5): over all edges of the two fully connected graphs of six vertices.
 inline double global_dissimilarity(const position_set& source, const position_set& target,

@@ -11,6 +11,8 @@
 
 namespace globalmatch::oracles {
 
+using namespace detail;
+
 template <class T, std::size_t Dimension>
 std::vector<neighbor<T>> all_by_distance(const std::vector<std::array<T, Dimension>>& points,
                                          const std::array<T, Dimension>& query) {

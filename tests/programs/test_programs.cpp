@@ -16,6 +16,8 @@
 
 namespace globalmatch::support {
 
+using namespace detail;
+
 namespace {
 
 struct run {

@@ -33,8 +33,8 @@ enum class stream : std::uint64_t {
 };
 
 /// The random numbers of the `index`-th thing of one kind.
-inline random_source random_for(std::uint64_t seed, stream use, std::uint64_t index = 0) {
-  return random_source(seed, (static_cast<std::uint64_t>(use) << 48) + index);
+inline detail::random_source random_for(std::uint64_t seed, stream use, std::uint64_t index = 0) {
+  return detail::random_source(seed, (static_cast<std::uint64_t>(use) << 48) + index);
 }
 
 inline double radians(double degrees) {
@@ -48,21 +48,21 @@ inline Eigen::Vector2d unit_vector(double azimuth) {
 // Compilers choose the order of operands and of arguments: for scenes to be the same everywhere no expression
 // may draw twice.
 
-inline double between(double low, double high, random_source& random) {
+inline double between(double low, double high, detail::random_source& random) {
   return low + (high - low) * random.uniform();
 }
 
-inline Eigen::Vector2d random_direction(random_source& random) {
+inline Eigen::Vector2d random_direction(detail::random_source& random) {
   return unit_vector(between(-pi, pi, random));
 }
 
 /// Uniform in the rectangle of that half size around the origin.
-inline Eigen::Vector2d random_place(const Eigen::Vector2d& half_size, random_source& random) {
+inline Eigen::Vector2d random_place(const Eigen::Vector2d& half_size, detail::random_source& random) {
   const double x = between(-half_size.x(), half_size.x(), random);
   return {x, between(-half_size.y(), half_size.y(), random)};
 }
 
-inline Eigen::Vector3d normal_vector(random_source& random) {
+inline Eigen::Vector3d normal_vector(detail::random_source& random) {
   const double x = random.normal(), y = random.normal();
   return {x, y, random.normal()};
 }

@@ -35,7 +35,7 @@ std::vector<Vector2d> spaced_places(std::size_t count, double min_spacing, const
 }
 
 std::vector<Vector2d> clumped_places(const layout_options& o, std::size_t count, const Vector2d& half_size,
-                                     random_source& random) {
+                                     detail::random_source& random) {
   std::vector<Vector2d> middles;
   const double clumps = std::max(1.0, std::round(double(count) / o.clump_size));
   while (double(middles.size()) < clumps) middles.push_back(random_place(half_size, random));
@@ -45,7 +45,8 @@ std::vector<Vector2d> clumped_places(const layout_options& o, std::size_t count,
   });
 }
 
-std::vector<Vector2d> row_places(const layout_options& o, const Vector2d& half_size, random_source& random) {
+std::vector<Vector2d> row_places(const layout_options& o, const Vector2d& half_size,
+                                 detail::random_source& random) {
   std::vector<Vector2d> places;
   for (double y = -half_size.y() + 0.5 * o.row_spacing; y <= half_size.y(); y += o.row_spacing) {
     for (double x = -half_size.x() + 0.5 * o.tree_spacing; x <= half_size.x(); x += o.tree_spacing) {
@@ -75,7 +76,7 @@ void require_valid(const layout_options& o) {
 std::vector<Vector2d> tree_places(const layout_options& o, const Vector2d& half_size, double share,
                                   std::uint64_t seed) {
   require_valid(o);
-  random_source random = random_for(seed, stream::places);
+  detail::random_source random = random_for(seed, stream::places);
   const std::size_t count = count_on(share * o.stems_per_hectare, half_size);
   switch (o.arrangement) {
     case arrangement::random:

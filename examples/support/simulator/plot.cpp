@@ -22,7 +22,7 @@ void require_valid(const plot_options& o) {
 
 /// Stems of one tree: one, or a pair half a metre apart, or a few from one root that lean away from it.
 std::vector<stem> random_tree(const tree_options& o, const Vector2d& place, const Vector2d& common_lean,
-                              const terrain& ground, random_source& random) {
+                              const terrain& ground, detail::random_source& random) {
   std::vector<stem> stems = {random_stem(o, ground.at(place), random)};
   const double kind = random.uniform();
   const auto add_beside = [&](const Vector2d& offset, double lean_out) {
@@ -43,12 +43,12 @@ std::vector<stem> random_tree(const tree_options& o, const Vector2d& place, cons
 
 std::vector<stem> plant_stems(const plot_options& o, const terrain& ground) {
   const double stems_per_tree = 1 + o.trees.pairs + 1.5 * o.trees.multi_stem;
-  random_source random = random_for(o.seed, stream::stems);
+  detail::random_source random = random_for(o.seed, stream::stems);
   const Vector2d common_lean = std::tan(radians(o.trees.common_lean)) * random_direction(random);
   std::vector<stem> stems;
   for (const Vector2d& place : tree_places(o.layout, o.half_size(), 1 / stems_per_tree, o.seed))
     for (const stem& s : random_tree(o.trees, place, common_lean, ground, random)) stems.push_back(s);
-  random_source felling = random_for(o.seed, stream::harvest);
+  detail::random_source felling = random_for(o.seed, stream::harvest);
   for (stem& s : stems) {
     s.inside = std::abs(s.position.x()) <= 0.5 * o.width && std::abs(s.position.y()) <= 0.5 * o.depth;
     s.harvested = felling.uniform() < o.harvest;
@@ -81,7 +81,8 @@ surfaces surfaces_of(const plot& scene, std::span<const Vector2d> clearings, boo
   all.ground = scene.ground.mesh();
   for (std::uint32_t i = 0; i < scene.stems.size(); ++i) {
     const stem& s = scene.stems[i];
-    random_source skin = random_for(o.seed, stream::tubes, i), crown = random_for(o.seed, stream::crowns, i);
+    detail::random_source skin = random_for(o.seed, stream::tubes, i),
+                          crown = random_for(o.seed, stream::crowns, i);
     if (harvested && s.harvested) {
       add_remains(all, s.position, s.dbh, scene.ground, skin);
     } else {
@@ -91,7 +92,7 @@ surfaces surfaces_of(const plot& scene, std::span<const Vector2d> clearings, boo
   }
   for (std::size_t i = 0; i < scene.shrubs.size(); ++i) {
     const shrub& s = scene.shrubs[i];
-    random_source random = random_for(o.seed, stream::shrubs, i + 1);
+    detail::random_source random = random_for(o.seed, stream::shrubs, i + 1);
     if (is_free(s.position.head<2>(), s.radius)) add_shrub(all, s, o.undergrowth, random);
   }
   add_grass(all, o.undergrowth, scene.ground, o.half_size(), o.seed);

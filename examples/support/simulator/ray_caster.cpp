@@ -88,7 +88,7 @@ struct ray_caster::prepared {
 
 ray_caster::ray_caster(const surfaces& scene, const execution& exec)
     : prepared_(std::make_unique<prepared>()) {
-  const std::string configuration = "threads=" + std::to_string(thread_count(exec));
+  const std::string configuration = "threads=" + std::to_string(detail::thread_count(exec));
   const RTCDevice device = rtcNewDevice(configuration.c_str());
   if (device == nullptr) require_no_error(nullptr);
   prepared_->device.reset(device);

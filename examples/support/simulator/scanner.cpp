@@ -57,7 +57,7 @@ class range_finder {
   range_finder(const plot& scene, const ray_caster& caster, const scanner_options& options)
       : scene_(scene), caster_(caster), options_(options) {}
 
-  std::optional<measurement> measure(const ray& r, random_source& random) const {
+  std::optional<measurement> measure(const ray& r, detail::random_source& random) const {
     const hit nearest = caster_.first_hit(r);
     if (!(nearest.range >= options_.min_range && nearest.range <= options_.max_range)) return {};
     measurement m = {nearest.range};
@@ -74,7 +74,7 @@ class range_finder {
 
  private:
   /// A beam is as wide as a finger. Where an edge splits it, both parts are measured as one, in between.
-  std::optional<double> mixed_range(const ray& r, double range, random_source& random) const {
+  std::optional<double> mixed_range(const ray& r, double range, detail::random_source& random) const {
     constexpr double apart = 0.03, resolved = 1.5;  // [m] nearer echoes are one, further ones are told apart
     if (random.uniform() >= options_.mixed_pixels) return {};
     const double other = caster_.first_hit(elsewhere_in_beam(r, random)).range;
@@ -83,7 +83,7 @@ class range_finder {
     return range + random.uniform() * (other - range);
   }
 
-  ray elsewhere_in_beam(const ray& r, random_source& random) const {
+  ray elsewhere_in_beam(const ray& r, detail::random_source& random) const {
     const Vector3d aside = r.direction.unitOrthogonal(), across = r.direction.cross(aside);
     const Vector2d direction = random_direction(random);
     const Vector2d in_disc = std::sqrt(random.uniform()) * direction;
@@ -93,7 +93,7 @@ class range_finder {
   }
 
   /// Rarely, what comes back from the ground went by way of something else: it seems to lie below.
-  double late_range(const ray& r, double range, random_source& random) const {
+  double late_range(const ray& r, double range, detail::random_source& random) const {
     constexpr double min_depth = 0.3;  // [m]
     if (random.uniform() >= options_.multipath) return range;
     const double late = range + between(0.5, 5, random);
@@ -122,7 +122,7 @@ simulated_scan scan_in_parts(std::size_t parts, std::size_t rays_per_part, std::
     std::vector<std::uint32_t> stems;
   };
   std::vector<part> all(parts);
-  parallel_for(
+  detail::parallel_for(
       exec, "scan", parts, [&](std::size_t i) { measure_part(i, all[i].points, all[i].stems); }, 16);
 
   simulated_scan result;
@@ -139,7 +139,7 @@ simulated_scan scan_in_parts(std::size_t parts, std::size_t rays_per_part, std::
   return result;
 }
 
-random_source rays_of(const scanner_options& o, const station& from, std::size_t part) {
+detail::random_source rays_of(const scanner_options& o, const station& from, std::size_t part) {
   return random_for(o.seed, stream::rays, (std::uint64_t{from.number} << 32) + part);
 }
 
@@ -161,7 +161,7 @@ simulated_scan scan_from(const station& from, const plot& scene, const ray_caste
       std::floor((options.max_elevation - options.min_elevation) / options.angular_step + 1e-9));
   return scan_in_parts(
       columns, rows, scene.stems.size(), exec, [&](std::size_t column, auto& points, auto& stems) {
-        random_source random = rays_of(options, from, column);
+        detail::random_source random = rays_of(options, from, column);
         const Vector2d azimuth = unit_vector(2 * pi * (double(column) + 0.5) / double(columns));
         for (std::size_t row = 0; row < rows; ++row) {
           const double elevation =
@@ -187,12 +187,12 @@ simulated_scan scan_along(const std::vector<Vector3d>& path, const station& from
   const Eigen::Isometry3d scan_from_plot = from.plot_from_scan.inverse();
   const double lowest = std::sin(radians(options.min_elevation)),
                highest = std::sin(radians(options.max_elevation));
-  random_source random_drift =
+  detail::random_source random_drift =
       random_for(options.seed, stream::paths, from.number + (std::uint64_t{1} << 32));
   const Vector3d drift = mobile.drift * normal_vector(random_drift).normalized();
   return scan_in_parts(path.size(), mobile.rays_per_place, scene.stems.size(), exec,
                        [&](std::size_t i, auto& points, auto& stems) {
-                         random_source random = rays_of(options, from, i);
+                         detail::random_source random = rays_of(options, from, i);
                          const Vector3d error = drift_at(double(i) / double(path.size()), drift);
                          for (std::size_t k = 0; k < mobile.rays_per_place; ++k) {
                            const double up = between(lowest, highest, random);

@@ -30,7 +30,8 @@ bool is_free(const Vector2d& place, const plot& scene, double clearance) {
 }
 
 /// The free place nearest to the wanted one, as far as random tries at a growing distance find it.
-Vector2d free_place(const Vector2d& wanted, const plot& scene, double clearance, random_source& random) {
+Vector2d free_place(const Vector2d& wanted, const plot& scene, double clearance,
+                    detail::random_source& random) {
   constexpr int tries = 1000;
   constexpr double furthest = 5;  // [m]
   for (int i = 0; i < tries; ++i) {
@@ -40,7 +41,7 @@ Vector2d free_place(const Vector2d& wanted, const plot& scene, double clearance,
   throw std::invalid_argument("station_options.clearance is more than this plot leaves around a station");
 }
 
-Eigen::Matrix3d random_attitude(double tilt, random_source& random) {
+Eigen::Matrix3d random_attitude(double tilt, detail::random_source& random) {
   const Vector2d axis = random_direction(random);
   const Eigen::AngleAxisd tilted(radians(tilt), Vector3d(axis.x(), axis.y(), 0));
   return (tilted * Eigen::AngleAxisd(between(-pi, pi, random), Vector3d::UnitZ())).toRotationMatrix();
@@ -50,7 +51,7 @@ Eigen::Matrix3d random_attitude(double tilt, random_source& random) {
 
 std::vector<station> place_stations(const plot& scene, const station_options& options) {
   require_valid(options, scene);
-  random_source random = random_for(options.seed, stream::stations);
+  detail::random_source random = random_for(options.seed, stream::stations);
   const double start = between(-pi, pi, random);
   std::vector<station> stations;
   for (std::uint32_t i = 0; i < options.count; ++i) {
@@ -69,7 +70,7 @@ std::vector<Vector3d> walk_path(const plot& scene, const station_options& option
                                 double step) {
   require_valid(options, scene);
   require(step > 0, "walk_path: step must be more than 0 m");
-  random_source random = random_for(options.seed, stream::paths, number);
+  detail::random_source random = random_for(options.seed, stream::paths, number);
   const Vector2d size(scene.options.width, scene.options.depth);
   const Vector2d middle = random_place(0.08 * size, random);
   const Vector2d radii = between(0.2, 0.35, random) * size;

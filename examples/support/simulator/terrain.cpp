@@ -19,7 +19,7 @@ struct wave {
 
 /// Waves with these wavelengths [m], the longer the higher; their amplitudes add up to `height`.
 void add_waves(std::vector<wave>& all, int count, double shortest, double longest, double height,
-               random_source& random) {
+               detail::random_source& random) {
   std::vector<wave> added;
   double wavelengths = 0;
   for (int i = 0; i < count; ++i) {
@@ -83,7 +83,7 @@ quad_mesh terrain::mesh() const {
 
 terrain make_terrain(const ground_options& options, const Vector2d& half_size, std::uint64_t seed) {
   require_valid(options);
-  random_source random = random_for(seed, stream::ground);
+  detail::random_source random = random_for(seed, stream::ground);
   const Vector2d gradient = std::tan(radians(options.slope)) * random_direction(random);
   std::vector<wave> waves;
   add_waves(waves, 6, 0.5 * options.wavelength, 1.5 * options.wavelength, options.relief, random);

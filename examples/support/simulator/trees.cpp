@@ -30,7 +30,9 @@ double radius_at(const stem& s, double flare, double height) {
 /// Relief of bark around a stem, correlated along it and around it.
 class bark_relief {
  public:
-  bark_relief(double amplitude, random_source& random) : amplitude_(amplitude), random_(random) { climb(0); }
+  bark_relief(double amplitude, detail::random_source& random) : amplitude_(amplitude), random_(random) {
+    climb(0);
+  }
 
   /// The next ring of it, further up.
   void climb(double memory = 0.7) {
@@ -45,7 +47,7 @@ class bark_relief {
 
  private:
   double amplitude_;
-  random_source& random_;
+  detail::random_source& random_;
   std::array<double, sides> relief_ = {};
 };
 
@@ -69,7 +71,7 @@ void add_ring(quad_mesh& mesh, const tube& t, double height, const bark_relief& 
 }
 
 void add_tube(surfaces& scene, const tube& t, std::uint32_t index, double bark_amplitude,
-              random_source& random) {
+              detail::random_source& random) {
   bark_relief bark(bark_amplitude, random);
   const auto first = static_cast<std::uint32_t>(scene.stems.vertices.size());
   constexpr auto around = static_cast<std::uint32_t>(sides);
@@ -92,13 +94,13 @@ std::vector<double> ring_heights(double from, double to) {
   return heights;
 }
 
-double weibull(double scale, double shape, random_source& random) {
+double weibull(double scale, double shape, detail::random_source& random) {
   return scale * std::pow(-std::log(1 - random.uniform()), 1 / shape);
 }
 
 /// Leaves along the outer part of a branch: correlated in space, as nature has them and a haze has not.
 void add_leaves(surfaces& scene, const Vector3d& base, const Vector3d& tip, std::size_t count, double radius,
-                random_source& random) {
+                detail::random_source& random) {
   const double deviation = 0.06 + 0.1 * (tip - base).norm();  // [m]
   for (std::size_t i = 0; i < count; ++i) {
     const Vector3d along = base + between(0.25, 1.05, random) * (tip - base);
@@ -109,7 +111,7 @@ void add_leaves(surfaces& scene, const Vector3d& base, const Vector3d& tip, std:
 }
 
 void add_live_branch(surfaces& scene, const stem& s, const tree_options& o, std::size_t leaves,
-                     random_source& random) {
+                     detail::random_source& random) {
   const double share = random.uniform();  // of the way up the crown
   const double height = s.height * (o.crown_base + (0.97 - o.crown_base) * share);
   const double extent = 0.2 + o.crown_radius * std::pow(1 - share, 0.7) * between(0.7, 1.2, random);
@@ -125,7 +127,7 @@ void add_live_branch(surfaces& scene, const stem& s, const tree_options& o, std:
   add_leaves(scene, base, tip, leaves, o.leaf_radius, random);
 }
 
-void add_dead_branch(surfaces& scene, const stem& s, const tree_options& o, random_source& random) {
+void add_dead_branch(surfaces& scene, const stem& s, const tree_options& o, detail::random_source& random) {
   const double height = between(0.6, std::max(1.0, s.height * o.crown_base), random);
   const double length = 0.5 * s.dbh + std::min(2.5, weibull(0.7, 1.5, random));
   const Vector2d outward = random_direction(random);
@@ -168,7 +170,7 @@ void require_valid(const tree_options& o) {
   require(o.dead_branches <= 1000, "tree_options.dead_branches must be at most 1000");
 }
 
-stem random_stem(const tree_options& o, const Vector3d& position, random_source& random) {
+stem random_stem(const tree_options& o, const Vector3d& position, detail::random_source& random) {
   stem s;
   s.position = position;
   s.dbh = std::min(o.dbh_max, o.dbh_min + weibull(o.dbh_scale, o.dbh_shape, random));
@@ -186,7 +188,7 @@ stem random_stem(const tree_options& o, const Vector3d& position, random_source&
 }
 
 void add_stem(surfaces& scene, const stem& s, std::uint32_t index, const tree_options& o,
-              random_source& random) {
+              detail::random_source& random) {
   constexpr double root_depth = 0.6;  // [m] below the ground, so that no slope bares its end
   const double bark = o.bark * std::min(1.0, s.dbh / 0.2);
   const auto axis = [&s](double h) { return s.axis_at(h); };
@@ -202,7 +204,7 @@ void add_stem(surfaces& scene, const stem& s, std::uint32_t index, const tree_op
            random);
 }
 
-void add_crown(surfaces& scene, const stem& s, const tree_options& o, random_source& random) {
+void add_crown(surfaces& scene, const stem& s, const tree_options& o, detail::random_source& random) {
   for (std::size_t i = 0; i < o.branches; ++i) add_live_branch(scene, s, o, o.leaves / o.branches, random);
   for (std::size_t i = 0; i < o.dead_branches; ++i) add_dead_branch(scene, s, o, random);
 }

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace globalmatch {
+namespace globalmatch::detail {
 class random_source;
 }
 
@@ -20,7 +20,7 @@ struct tree_options {
   double dbh_shape = 2.5;     ///< ... and this shape ...
   double dbh_max = 0.6;       ///< [m] ... but no more than this
   double height = 16;         ///< [m] of a tree of 20 cm; thicker ones are higher
-  double lean = 2;            ///< [deg] median from the vertical; no stem leans twice as much
+  double lean = 2;            ///< [deg] detail::median from the vertical; no stem leans twice as much
   double common_lean = 0;     ///< [deg] all lean that much one way (wind, snow, a slope that creeps)
   double sweep = 0.1;         ///< [m] standard deviation of the stem's bow, half way up
   double flare = 0.35;        ///< share by which the root flare widens the foot
@@ -55,13 +55,13 @@ struct stem {
 void require_valid(const tree_options& options);
 
 /// A random stem, upright but for its random lean.
-stem random_stem(const tree_options& options, const Eigen::Vector3d& position, random_source& random);
+stem random_stem(const tree_options& options, const Eigen::Vector3d& position, detail::random_source& random);
 
 /// The stem's skin, forks included, as part of the `index`-th stem.
 void add_stem(surfaces& scene, const stem& s, std::uint32_t index, const tree_options& options,
-              random_source& random);
+              detail::random_source& random);
 
 /// Live branches with their leaves, and dead branches below.
-void add_crown(surfaces& scene, const stem& s, const tree_options& options, random_source& random);
+void add_crown(surfaces& scene, const stem& s, const tree_options& options, detail::random_source& random);
 
 }  // namespace globalmatch::support

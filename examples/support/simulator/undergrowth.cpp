@@ -18,7 +18,7 @@ Vector4d with_radius(const Vector3d& place, double radius) {
 }
 
 /// A blade that rises and bends over.
-void add_blade(surfaces& scene, const Vector3d& base, double height, random_source& random) {
+void add_blade(surfaces& scene, const Vector3d& base, double height, detail::random_source& random) {
   const Vector2d direction = random_direction(random);
   const Vector2d lean = height * between(0, 0.6, random) * direction;
   const Vector3d middle = base + Vector3d(0.3 * lean.x(), 0.3 * lean.y(), 0.6 * height);
@@ -31,7 +31,7 @@ void add_stump(surfaces& scene, const Vector3d& position, double radius, double 
                    with_radius(position + Vector3d(0, 0, height), 1.1 * radius)});
 }
 
-void add_log(surfaces& scene, const terrain& ground, const Vector2d& place, random_source& random) {
+void add_log(surfaces& scene, const terrain& ground, const Vector2d& place, detail::random_source& random) {
   const double radius = between(0.025, 0.15, random), length = between(2, 12, random);
   const Vector2d along = length * random_direction(random);
   const auto lying = [&](const Vector2d& p, double r) {
@@ -41,7 +41,7 @@ void add_log(surfaces& scene, const terrain& ground, const Vector2d& place, rand
   scene.add_curve({lying(place, radius), lying(middle, 0.8 * radius), lying(end, 0.5 * radius)});
 }
 
-void add_pole(surfaces& scene, const Vector3d& position, random_source& random) {
+void add_pole(surfaces& scene, const Vector3d& position, detail::random_source& random) {
   const double radius = between(0.015, 0.05, random), height = between(1, 2.5, random);
   scene.add_curve({with_radius(position - Vector3d(0, 0, 0.2), radius),
                    with_radius(position + Vector3d(0, 0, height), radius)});
@@ -72,7 +72,7 @@ void require_valid(const undergrowth_options& o) {
 
 std::vector<shrub> plant_shrubs(const undergrowth_options& o, const terrain& ground,
                                 const Vector2d& half_size, std::uint64_t seed) {
-  random_source random = random_for(seed, stream::shrubs);
+  detail::random_source random = random_for(seed, stream::shrubs);
   std::vector<shrub> shrubs;
   for (std::size_t i = count_on(o.shrubs_per_hectare, half_size); i > 0; --i) {
     const Vector3d position = ground.at(random_place(half_size, random));
@@ -82,7 +82,7 @@ std::vector<shrub> plant_shrubs(const undergrowth_options& o, const terrain& gro
   return shrubs;
 }
 
-void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& o, random_source& random) {
+void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& o, detail::random_source& random) {
   const int twigs = 6 + int(random.below(9));
   const auto leaves =
       static_cast<std::size_t>(double(o.shrub_leaves) * s.height * s.height) / std::size_t(twigs);
@@ -108,7 +108,7 @@ void add_grass(surfaces& scene, const undergrowth_options& o, const terrain& gro
                const Vector2d& half_size, std::uint64_t seed) {
   constexpr int blades_in_tuft = 12;
   constexpr double square_metres = 10000;  // in a hectare
-  random_source random = random_for(seed, stream::grass);
+  detail::random_source random = random_for(seed, stream::grass);
   for (std::size_t i = count_on(o.blades_per_square_metre * square_metres / blades_in_tuft, half_size); i > 0;
        --i) {
     const Vector2d tuft = random_place(half_size, random);
@@ -123,26 +123,27 @@ void add_grass(surfaces& scene, const undergrowth_options& o, const terrain& gro
 void add_debris(surfaces& scene, const undergrowth_options& o, const terrain& ground,
                 const Vector2d& half_size, const std::function<bool(const Vector2d&)>& is_free,
                 std::uint64_t seed) {
-  random_source random = random_for(seed, stream::debris);
+  detail::random_source random = random_for(seed, stream::debris);
   const auto distribute = [&](double per_hectare, const auto& add) {
     for (std::size_t i = count_on(per_hectare, half_size); i > 0; --i) {
       const Vector2d place = random_place(half_size, random);
-      random_source own(random.next());  // a place that is taken changes nothing elsewhere
+      detail::random_source own(random.next());  // a place that is taken changes nothing elsewhere
       if (is_free(place)) add(place, own);
     }
   };
   distribute(o.logs_per_hectare,
-             [&](const Vector2d& place, random_source& own) { add_log(scene, ground, place, own); });
-  distribute(o.stumps_per_hectare, [&](const Vector2d& place, random_source& own) {
+             [&](const Vector2d& place, detail::random_source& own) { add_log(scene, ground, place, own); });
+  distribute(o.stumps_per_hectare, [&](const Vector2d& place, detail::random_source& own) {
     const double radius = between(0.06, 0.25, own);
     add_stump(scene, ground.at(place), radius, between(0.1, 0.5, own));
   });
-  distribute(o.poles_per_hectare,
-             [&](const Vector2d& place, random_source& own) { add_pole(scene, ground.at(place), own); });
+  distribute(o.poles_per_hectare, [&](const Vector2d& place, detail::random_source& own) {
+    add_pole(scene, ground.at(place), own);
+  });
 }
 
 void add_remains(surfaces& scene, const Vector3d& position, double dbh, const terrain& ground,
-                 random_source& random) {
+                 detail::random_source& random) {
   add_stump(scene, position, 0.5 * dbh, between(0.1, 0.3, random));
   const Vector2d heap = position.head<2>() + 1.5 * random_direction(random);
   for (int i = 0; i < 30; ++i) {

@@ -11,7 +11,7 @@
 #include <functional>
 #include <vector>
 
-namespace globalmatch {
+namespace globalmatch::detail {
 class random_source;
 }
 
@@ -43,7 +43,8 @@ void require_valid(const undergrowth_options& options);
 std::vector<shrub> plant_shrubs(const undergrowth_options& options, const terrain& ground,
                                 const Eigen::Vector2d& half_size, std::uint64_t seed);
 
-void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& options, random_source& random);
+void add_shrub(surfaces& scene, const shrub& s, const undergrowth_options& options,
+               detail::random_source& random);
 
 /// Grass all over a rectangle of that half size [m].
 void add_grass(surfaces& scene, const undergrowth_options& options, const terrain& ground,
@@ -56,6 +57,6 @@ void add_debris(surfaces& scene, const undergrowth_options& options, const terra
 
 /// What a harvested stem leaves: a stump, and a heap of slash beside it.
 void add_remains(surfaces& scene, const Eigen::Vector3d& position, double dbh, const terrain& ground,
-                 random_source& random);
+                 detail::random_source& random);
 
 }  // namespace globalmatch::support

@@ -10,6 +10,8 @@
 
 namespace globalmatch::support {
 
+using namespace detail;
+
 constexpr double degree = std::numbers::pi / 180;
 
 /// An option with a value that must be refused.

@@ -12,6 +12,8 @@
 namespace globalmatch::support {
 namespace {
 
+using namespace detail;
+
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 

@@ -11,6 +11,8 @@
 namespace globalmatch::support {
 namespace {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 
 plot bare_plot(std::vector<stem> stems = {}) {

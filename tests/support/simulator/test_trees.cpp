@@ -15,6 +15,8 @@
 namespace globalmatch::support {
 namespace {
 
+using namespace detail;
+
 using Eigen::Vector3d;
 
 std::vector<stem> many_stems(const tree_options& options) {

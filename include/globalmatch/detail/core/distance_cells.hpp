@@ -13,11 +13,14 @@
 #include <span>
 #include <vector>
 
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Immutable; safe to query from several threads.
 class distance_cells {
@@ -105,4 +108,4 @@ class distance_cells {
   std::vector<std::int16_t> near_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

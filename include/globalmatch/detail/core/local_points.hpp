@@ -14,59 +14,16 @@
 #include <string_view>
 #include <vector>
 
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 
-namespace globalmatch {
-
-/// A levelled frame near the points: its z axis is `up`. For `up` = +z it only shifts, so that coordinates
-/// stay exact.
-struct local_frame {
-  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< [m] in the frame of the scan
-  Eigen::Matrix3d local_from_scan_rotation = Eigen::Matrix3d::Identity();
-
-  Eigen::Vector3d to_local(const Eigen::Vector3d& p) const {
-    return is_level() ? Eigen::Vector3d(p - origin)
-                      : Eigen::Vector3d(local_from_scan_rotation * (p - origin));
-  }
-  bool is_level() const { return local_from_scan_rotation(2, 2) == 1; }  ///< it only shifts
-  Eigen::Vector3d to_scan(const Eigen::Vector3d& p) const {
-    return local_from_scan_rotation.transpose() * p + origin;
-  }
-  Eigen::Isometry3d local_from_scan() const {
-    Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
-    transform.linear() = local_from_scan_rotation;
-    transform.translation() = -(local_from_scan_rotation * origin);
-    return transform;
-  }
-};
-
-namespace detail {
+namespace globalmatch::detail {
 
 [[noreturn]] inline void refuse_size() {
   throw std::invalid_argument("scan: more than 2^32 - 1 points; thin it or split it");
 }
-
-}  // namespace detail
-
-/// Rotation that turns `up` into +z, by the shortest way. Throws `std::invalid_argument` when `up` is zero or
-/// not finite.
-inline Eigen::Matrix3d levelling_rotation(const Eigen::Vector3d& up) {
-  if (!up.allFinite() || !(up.stableNorm() > 0))
-    throw std::invalid_argument("up must be a finite vector other than zero");
-  const Eigen::Vector3d u = up.stableNormalized();
-  if (u.x() == 0 && u.y() == 0)  // straight up, or upside down: a half turn about x
-    return Eigen::Vector3d(1, u.z(), u.z()).asDiagonal();
-  // Rodrigues' formula about u x z; its limit for u = -z is any half turn
-  const double f = u.z() > 0 ? 1 / (1 + u.z()) : (1 - u.z()) / (u.x() * u.x() + u.y() * u.y());
-  Eigen::Matrix3d rotation;
-  rotation << 1 - f * u.x() * u.x(), -f * u.x() * u.y(), -u.x(),  //
-      -f * u.x() * u.y(), 1 - f * u.y() * u.y(), -u.y(),          //
-      u.x(), u.y(), u.z();
-  return rotation;
-}
-
-namespace detail {
 
 /// For elements that are all set after a resize, each page by the thread that comes to it first: setting them
 /// to zero beforehand would take as long on one thread.
@@ -85,15 +42,13 @@ struct unset_allocator : std::allocator<T> {
 template <class T>
 using unset_vector = std::vector<T, unset_allocator<T>>;
 
-}  // namespace detail
-
 /// Points of a scan in local float coordinates (good to 0.1 mm within a kilometre), each with its index in
 /// the scan. It is itself a point range, in the local frame.
 class local_points {
  public:
   local_frame frame;
-  detail::unset_vector<float> x, y, z;  ///< [m], local frame
-  std::vector<point_index> index;       ///< in the caller's range
+  unset_vector<float> x, y, z;     ///< [m], local frame
+  std::vector<point_index> index;  ///< in the caller's range
 
   std::size_t size() const { return x.size(); }
   Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
@@ -135,7 +90,7 @@ template <point_range R, class Visit>
 std::size_t for_each_finite(const R& scan, const Visit& visit) {
   std::size_t i = 0, skipped = 0;
   for (const auto& p : scan) {
-    if (i >= std::numeric_limits<point_index>::max()) detail::refuse_size();
+    if (i >= std::numeric_limits<point_index>::max()) refuse_size();
     const Eigen::Vector3d v = xyz(p);
     if (v.allFinite())
       visit(v, static_cast<point_index>(i));
@@ -146,14 +101,8 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   return skipped;
 }
 
-namespace detail {
-
 constexpr std::size_t points_a_chunk = std::size_t(1)
                                        << 14;  // of a scan: what is kept of them stays in a cache
-
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// One forward pass over a scan in chunks: `read(chunk, visit_points)` is called once for each, in parallel
 /// where the range gives random access, else in order; `visit_points(visit)` calls `visit(p, i)` for the
@@ -162,9 +111,9 @@ inline namespace GLOBALMATCH_THREADING {
 template <point_range R, class Prepare, class Read>
 void read_in_chunks(const R& scan, const execution& exec, std::string_view stage, const Prepare& prepare,
                     const Read& read) {
-  constexpr std::size_t chunk_size = detail::points_a_chunk;
+  constexpr std::size_t chunk_size = points_a_chunk;
   const auto count = static_cast<std::size_t>(std::ranges::distance(scan));
-  if (count > std::numeric_limits<point_index>::max()) detail::refuse_size();
+  if (count > std::numeric_limits<point_index>::max()) refuse_size();
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
     return [&at, begin, end](const auto& visit) {
       for (std::size_t i = begin; i < end; ++i, ++at) visit(xyz(*at), static_cast<point_index>(i));
@@ -184,11 +133,6 @@ void read_in_chunks(const R& scan, const execution& exec, std::string_view stage
     }
   }
 }
-
-}  // namespace GLOBALMATCH_THREADING
-
-namespace detail {
-inline namespace GLOBALMATCH_THREADING {
 
 /// Parts of one set of points put together, in their order. Takes them.
 inline local_points join_parts(std::vector<local_points> parts, const local_frame& frame,
@@ -211,9 +155,6 @@ inline local_points join_parts(std::vector<local_points> parts, const local_fram
       1);
   return all;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
 
 /// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
 /// far from it floats are coarse and the first point may be an outlier.
@@ -243,4 +184,4 @@ local_points import_points(const R& scan, const Eigen::Vector3d& up = Eigen::Vec
   return result;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

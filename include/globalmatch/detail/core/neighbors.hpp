@@ -12,20 +12,9 @@
 #include <utility>
 #include <vector>
 
-namespace globalmatch {
+#include "globalmatch/detail/core/neighbor.hpp"
 
-/// A point found by a query.
-template <class T>
-struct neighbor {
-  std::uint32_t index;
-  T squared_distance;
-
-  /// Nearer first; among equally near ones the lower index.
-  bool operator<(const neighbor& other) const {
-    return squared_distance < other.squared_distance ||
-           (squared_distance == other.squared_distance && index < other.index);
-  }
-};
+namespace globalmatch::detail {
 
 /// Immutable k-d tree over its own copy of points with `Dimension` coordinates of type T. Built in O(n log
 /// n); safe to query from several threads.
@@ -130,4 +119,4 @@ class neighbor_tree {
   std::unique_ptr<tree> tree_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -10,13 +10,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "globalmatch/detail/core/neighbor.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/detail/core/wrapped_grid.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Share of the stems that `middle_extent` looks at.
 inline constexpr double middle_share = 0.8;
@@ -123,4 +124,4 @@ class position_index {
   grid grid_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

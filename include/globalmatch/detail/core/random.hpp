@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// A small random generator: splitmix64 (Steele, Lea, Flood 2014, "Fast splittable pseudorandom number
 /// generators", OOPSLA). One seed has many independent streams, so that parallel work can own one for each
@@ -47,4 +47,4 @@ class random_source {
   std::uint64_t state_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <span>
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// The middle one of some values, which it reorders, or the mean of the two in the middle; not a number when
 /// there is none.
@@ -98,4 +98,4 @@ inline double log_product_tail(double log_product, int count) {
   return std::min(0.0, log_product + std::log(sum));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

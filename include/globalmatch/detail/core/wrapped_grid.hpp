@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Immutable; safe to query from several threads. A query looks at the points of the box's cells and at those
 /// that far away places have wrapped onto them.
@@ -158,4 +158,4 @@ class wrapped_grid {
   std::shared_ptr<item[]> items_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

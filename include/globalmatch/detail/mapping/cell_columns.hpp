@@ -17,10 +17,12 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Occupied cells of a cubic grid: column by column, each from the lowest cell up; columns row by row.
 /// Immutable. Owns its points, cell by cell, those of a cell in the order they came in.
@@ -158,8 +160,6 @@ class column_window {
   bool runs_known_ = false;
 };
 
-namespace detail {
-
 /// Sorts by key, equal ones as they came; a pass for every eight bits in which keys differ. `spare` is
 /// reused.
 template <class Entry>
@@ -185,8 +185,6 @@ void radix_sort(std::vector<Entry>& entries, std::vector<Entry>& spare) {
     entries.swap(spare);
   }
 }
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Fills `cell_columns`.
 class cell_sorter {
@@ -352,11 +350,6 @@ inline cell_columns cell_sorter::sorted(const execution& exec) {
   return cell_columns(std::move(result_));
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Sorts points into cells of `width` [m]. Cost: linear in the points; parallel. Throws
 /// `std::invalid_argument` when `width` is not positive. Points more than two million cells from the lowest
 /// share the outermost cells.
@@ -364,8 +357,6 @@ inline cell_columns sort_into_cells(local_points points, double width, const exe
   const local_frame frame = points.frame;
   std::vector<local_points> parts;
   parts.push_back(std::move(points));
-  return detail::cell_sorter(std::move(parts), frame, width).sorted(exec);
+  return cell_sorter(std::move(parts), frame, width).sorted(exec);
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

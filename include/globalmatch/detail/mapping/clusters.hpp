@@ -10,14 +10,16 @@
 #include <stdexcept>
 #include <vector>
 
-#include "globalmatch/detail/mapping/cell_columns.hpp"
-#include "globalmatch/execution.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/neighbors.hpp"
-#include "globalmatch/points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/verticality.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
+#include "globalmatch/points.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Groups of points in one flat array: cluster c is `members[first[c]] ... members[first[c + 1] - 1]`.
 struct point_clusters {
@@ -29,8 +31,6 @@ struct point_clusters {
     return std::span(members).subspan(first[c], first[c + 1] - first[c]);
   }
 };
-
-namespace detail {
 
 /// Disjoint sets whose representative is their least member, so that the order of joining does not matter.
 class disjoint_sets {
@@ -60,10 +60,6 @@ class disjoint_sets {
   std::vector<point_index> parent_;
 };
 
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches;
 /// only those that may be of a stem. Each cluster holds at least `min_points`
 /// points; its members are the points of its cells, positions in `cells.points()`. Cost: linear in the cells.
@@ -71,7 +67,7 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
                                     const verticality_options& options, std::size_t min_points,
                                     const execution& exec = {}) {
   using cell_index = cell_columns::cell_index;
-  detail::disjoint_sets sets(cells.cells());
+  disjoint_sets sets(cells.cells());
   std::vector<std::uint8_t> half_width_of(cells.cells());  // 0: not of a stem
   parallel_for(exec, "clusters", cells.cells(), [&](std::size_t c) {
     half_width_of[c] = is_stem_cell(surfaces[c], options) ? surfaces[c].half_width : std::uint8_t(0);
@@ -142,8 +138,6 @@ inline point_clusters cluster_cells(const cell_columns& cells, const std::vector
   return clusters;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-
 /// Clusters of at least `min_points` points, ordered by their first point. Two points are linked when they
 /// are nearer than the larger of their link distances [m].
 inline point_clusters cluster_points(const local_points& points, std::span<const float> link_distances,
@@ -151,7 +145,7 @@ inline point_clusters cluster_points(const local_points& points, std::span<const
   if (link_distances.size() != points.size())
     throw std::invalid_argument("link_distances must hold one distance for each point");
   const neighbor_tree<float, 3> tree(points.size(), [&](std::size_t i) { return points[i]; });
-  detail::disjoint_sets sets(points.size());
+  disjoint_sets sets(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (i % 65536 == 0) report_progress(exec, "clusters", double(i) / double(points.size()));
     tree.for_each_within({points.x[i], points.y[i], points.z[i]}, link_distances[i],
@@ -187,4 +181,4 @@ point_clusters cluster_points(const R& points, double link_distance, std::size_t
   return clusters;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

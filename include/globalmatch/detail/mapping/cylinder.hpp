@@ -23,40 +23,12 @@
 #include <vector>
 
 #include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/mapping_options.hpp"
 
-namespace globalmatch {
-
-struct cylinder_options {
-  double min_radius = 0.02;  ///< [m] (ours)
-  double max_radius = 0.60;  ///< [m] (ours)
-  double max_tilt_deg = 30;  ///< [degrees] between axis and up (ours)
-  /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
-  /// stems are fitted.
-  std::optional<double> distance_tolerance = {};
-  /// [m/m] by which radii shrink upwards, more or less: the taper is then fitted, and held near this where
-  /// points tell little of it (ours; stems grow about 1 cm thinner a metre). Empty: cylinders proper, as in
-  /// [GM].
-  std::optional<double> usual_taper = {};
-  double taper_weight = 30;  ///< it is held as firmly as so many points at one metre would hold it (ours)
-  int max_iterations = 300;  ///< at most this many hypotheses (ours)
-  std::uint64_t seed = 1;
-};
+namespace globalmatch::detail {
 
 /// Tolerance when neither the caller nor the scan says one.
 constexpr double default_distance_tolerance = 0.02;  // [m]
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const cylinder_options& options) {
-  if (!(options.min_radius > 0 && options.min_radius < options.max_radius))
-    throw std::invalid_argument("cylinder.min_radius must be positive and less than cylinder.max_radius");
-  if (!(options.max_tilt_deg >= 0 && options.max_tilt_deg < 90))
-    throw std::invalid_argument("cylinder.max_tilt_deg must lie in [0, 90) degrees");
-  if (options.distance_tolerance && !(*options.distance_tolerance > 0))
-    throw std::invalid_argument("cylinder.distance_tolerance must be positive");
-  if (!(options.taper_weight > 0 && std::isfinite(options.taper_weight)))
-    throw std::invalid_argument("cylinder.taper_weight must be positive and finite");
-  if (options.max_iterations < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
-}
 
 /// An endless cylinder, slightly tapered as stems are.
 struct cylinder {
@@ -81,8 +53,6 @@ inline bool within_limits(const cylinder& c, const cylinder_options& options) {
   return c.radius >= options.min_radius && c.radius <= options.max_radius &&
          c.axis.z() >= std::cos(options.max_tilt_deg * std::numbers::pi / 180);
 }
-
-namespace detail {
 
 /// Circle through three points in a plane: (centre x, centre y, radius). Nothing when they are collinear.
 inline std::optional<Eigen::Vector3d> circle_through(const Eigen::Vector2d& a, const Eigen::Vector2d& b,
@@ -216,8 +186,6 @@ struct cylinder_equations {
   };
 };
 
-}  // namespace detail
-
 /// Least squares over the parameters of the cylinder (Gauss-Newton), over the points within `tolerance` [m]
 /// of the surface, chosen anew each round; it begins with points as far as `max_distance` [m]. `point` comes
 /// to lie beside their middle. Nothing when there are fewer than six, or when it leaves the limits.
@@ -230,10 +198,10 @@ inline std::optional<cylinder> refine_cylinder(cylinder c, std::span<const Eigen
   c.point += c.axis * c.axis.dot(middle - c.point);  // the axis turns about this point
   double band = std::max(max_distance, tolerance);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    detail::cylinder_equations equations(c, points, band);
+    cylinder_equations equations(c, points, band);
     if (equations.count < 6) return std::nullopt;
     equations.expect_taper(c.taper, options);
-    const detail::cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
+    const cylinder_equations::vector step = equations.normal.ldlt().solve(equations.right);
     c.point += step(0) * equations.u + step(1) * equations.v;
     c.axis = (c.axis + step(2) * equations.u + step(3) * equations.v).normalized();
     c.radius += step(4);
@@ -254,7 +222,7 @@ using cylinder_covariance_matrix = Eigen::Matrix<double, 6, 6>;
 inline cylinder_covariance_matrix cylinder_covariance(const cylinder& c,
                                                       std::span<const Eigen::Vector3d> points, double sigma,
                                                       const cylinder_options& options = {}) {
-  detail::cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
+  cylinder_equations equations(c, points, std::numeric_limits<double>::infinity());
   equations.expect_taper(c.taper, options);
   return sigma * sigma * equations.normal.ldlt().solve(cylinder_covariance_matrix::Identity());
 }
@@ -284,7 +252,7 @@ inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> poi
   if (points.size() < 6) return std::nullopt;
   const double tolerance = options.distance_tolerance.value_or(default_distance_tolerance);
   const auto count = static_cast<std::uint32_t>(points.size());
-  const Eigen::Vector3d common = detail::common_direction(normals);
+  const Eigen::Vector3d common = common_direction(normals);
 
   std::optional<cylinder> best;
   double best_cost = std::numeric_limits<double>::infinity();
@@ -300,16 +268,16 @@ inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> poi
     if (c.axis.norm() < 0.3) continue;
     c.axis.normalize();
     if (c.axis.z() < 0) c.axis = -c.axis;
-    const auto [u, v] = detail::plane_across(c.axis);
+    const auto [u, v] = plane_across(c.axis);
     const auto in_plane = [&, u = u, v = v](const Eigen::Vector3d& p) {
       return Eigen::Vector2d(u.dot(p), v.dot(p));
     };
-    const auto circle = detail::circle_through(in_plane(points[i]), in_plane(points[j]), in_plane(points[k]));
+    const auto circle = circle_through(in_plane(points[i]), in_plane(points[j]), in_plane(points[k]));
     if (!circle) continue;
     c.point = u * circle->x() + v * circle->y() + c.axis * c.axis.dot(points[i]);
     c.radius = circle->z();
     if (!within_limits(c, options)) continue;
-    const double cost = detail::surface_cost(c, points, tolerance, best_cost);
+    const double cost = surface_cost(c, points, tolerance, best_cost);
     if (cost < best_cost) {
       best_cost = cost;
       best = c;
@@ -319,4 +287,4 @@ inline std::optional<cylinder> fit_cylinder(std::span<const Eigen::Vector3d> poi
   return refine_cylinder(*best, points, tolerance, options);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -13,60 +13,20 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/mapping/lowest_points.hpp"
 #include "globalmatch/detail/published/cloth.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-/// How the ground is told from what grows on it.
-enum class ground_filter {
-  planes,      ///< local planes under the lowest points, from those of blocks upwards (ours)
-  cloth,       ///< a cloth that falls on the lowest points from below ([GM] 3.1)
-  normalized,  ///< not at all: heights are above the ground already, which lies at 0 and may be missing
-               ///< (ours)
-};
-
-struct ground_options {
-  ground_filter filter = ground_filter::planes;
-  cloth_options cloth = {};      ///< its resolution is that of the terrain, whatever the filter
-  double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
-  double max_slope = 1.0;        ///< [m/m] what stands out more steeply is no ground (ours)
-  double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
-  double hole_radius = 1.5;      ///< [m] further than this from all ground points there is no data (ours)
-};
+namespace globalmatch::detail {
 
 struct ground_model {
   globalmatch::terrain terrain;
   ground_funnel funnel;
 };
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const ground_options& options) {
-  const auto require = [](bool holds, const char* message) {
-    if (!holds) throw std::invalid_argument(message);
-  };
-  require(options.cloth.resolution > 0, "ground.cloth.resolution must be positive");
-  require(options.cloth.rigidness >= 1, "ground.cloth.rigidness must be at least 1");
-  require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
-  require(options.cloth.time_step > 0 && options.cloth.gravity > 0,
-          "ground.cloth.time_step and ground.cloth.gravity must be positive");
-  require(options.cloth.convergence_threshold > 0 &&
-              options.cloth.convergence_threshold <
-                  options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
-          "ground.cloth.convergence_threshold must be positive and less than the first fall, gravity * "
-          "time_step^2");
-  require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
-  require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
-  require(options.max_slope > 0, "ground.max_slope must be positive");
-  require(options.ground_band > 0, "ground.ground_band must be positive");
-  require(options.hole_radius > 0, "ground.hole_radius must be positive");
-}
-
-namespace detail {
 
 /// Each cell of the cloth covers 2 x 2 cells of the lowest points.
 constexpr int lowest_per_cloth_cell = 2;
@@ -125,8 +85,6 @@ struct plane_moments {
     return {float(mz + sx * (x0 - mx) + sy * (y0 - my)), float(sx), float(sy)};
   }
 };
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Raster of moments, of square blocks.
 struct moment_raster {
@@ -246,8 +204,6 @@ class plane_pyramid {
   std::vector<scale> scales_;  // from fine to coarse; those of an earlier, larger raster may follow
 };
 
-}  // namespace GLOBALMATCH_THREADING
-
 /// Height at (x, y) of a plane through points that vegetation may lie above: least squares, repeated without
 /// what stands out upwards. Not known from fewer than three points.
 inline local_plane plane_under(std::vector<Eigen::Vector3f>& points, float x, float y) {
@@ -280,10 +236,6 @@ inline terrain flat_terrain(const lowest_raster& lowest, double resolution) {
   return flat;
 }
 
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points,
 /// under what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5
 /// blocks without what stands out upwards.
@@ -310,7 +262,7 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
       16);
 
   // A block without a plane of its own takes that of larger blocks.
-  std::vector<detail::local_plane> planes(lowest_of.size());
+  std::vector<local_plane> planes(lowest_of.size());
   parallel_for(
       exec, "ground", std::size_t(along),
       [&](std::size_t row) {
@@ -323,15 +275,14 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
               if (const Eigen::Vector3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z()))
                 nearby.push_back(p);
           if (nearby.size() >= 6)
-            planes[block(c, r)] =
-                detail::plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
+            planes[block(c, r)] = plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
         }
       },
       8);
-  detail::plane_pyramid pyramid;
+  plane_pyramid pyramid;
   const auto& wider = pyramid.fit(
       width, across, along, half_width, 6,
-      [&](int r, detail::plane_moments* moments) {
+      [&](int r, plane_moments* moments) {
         for (int c = 0; c < across; ++c)
           if (const Eigen::Vector3f& p = lowest_of[block(c, r)]; !std::isnan(p.z())) moments[c].add(p);
       },
@@ -340,7 +291,7 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
     if (!planes[i].known()) planes[i] = wider[i];
 
   std::vector<float> heights(std::size_t(columns) * std::size_t(rows));
-  constexpr int nodes_a_block = cells_a_block / detail::lowest_per_cloth_cell;
+  constexpr int nodes_a_block = cells_a_block / lowest_per_cloth_cell;
   parallel_for(
       exec, "ground", std::size_t(rows),
       [&](std::size_t row) {
@@ -355,11 +306,6 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
       16);
   return heights;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-
-namespace detail {
-inline namespace GLOBALMATCH_THREADING {
 
 /// `terrain::interpolated_height` for points of the cells in one row, which are known to lie half a node from
 /// each other.
@@ -443,11 +389,6 @@ inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrai
       16);
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Fits the terrain to the lowest points near a surface under the vegetation, `heights` at its nodes: planes
 /// through what lies around each node, once more without what stands out upwards; where too little lies
 /// there, through what lies in ever larger blocks.
@@ -463,10 +404,10 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
 
   // Calls `visit(i, c, p)` for the cells of a row of nodes whose point lies near the heights so far.
   const auto for_each_near = [&](int row, double above, const auto& visit) {
-    constexpr int cells = detail::lowest_per_cloth_cell;  // a node
+    constexpr int cells = lowest_per_cloth_cell;  // a node
     const auto band_below = float(-options.ground_band), band_above = float(above);
     for (int r = row * cells; r < (row + 1) * cells; ++r) {
-      const detail::heights_along_cells ground(result, r);
+      const heights_along_cells ground(result, r);
       for (int c = 0; c < lowest.columns; ++c) {
         const std::size_t i = lowest.cell(c, r);
         const Eigen::Vector3f& p = lowest.points[i];
@@ -476,12 +417,12 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
       }
     }
   };
-  detail::plane_pyramid pyramid;
+  plane_pyramid pyramid;
   for (const auto& [above, half_width] :
        {std::pair(options.ground_band, 2), {2.5 * roughness, 2}, {roughness, 1}, {roughness, 1}}) {
     const auto& planes = pyramid.fit(
         result.resolution, columns, rows, half_width, min_points,
-        [&, limit = above](int row, detail::plane_moments* moments) {
+        [&, limit = above](int row, plane_moments* moments) {
           for_each_near(row, limit, [&](std::size_t, int c, const Eigen::Vector3f& p) { moments[c].add(p); });
         },
         exec);
@@ -489,8 +430,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
       if (planes[i].known()) result.heights[i] = planes[i].height;
     });
   }
-  detail::ground_marks marks{std::vector<std::uint8_t>(lowest.points.size()),
-                             std::vector<std::uint8_t>(result.heights.size())};
+  ground_marks marks{std::vector<std::uint8_t>(lowest.points.size()),
+                     std::vector<std::uint8_t>(result.heights.size())};
   parallel_for(
       exec, "ground", std::size_t(rows),
       [&](std::size_t row) {
@@ -500,8 +441,8 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
         });
       },
       16);
-  if (!detail::collect_ground(lowest, marks, result, exec)) return {};
-  detail::mark_data(marks.of_node, int(options.hole_radius / result.resolution), result, exec);
+  if (!collect_ground(lowest, marks, result, exec)) return {};
+  mark_data(marks.of_node, int(options.hole_radius / result.resolution), result, exec);
   return result;
 }
 
@@ -512,28 +453,26 @@ ground_model model_ground(const R& scan, const ground_options& options = {},
                           const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
   require_valid(options);
   ground_model model;
-  const double resolution = options.cloth.resolution / detail::lowest_per_cloth_cell;
+  const double resolution = options.cloth.resolution / lowest_per_cloth_cell;
   lowest_raster lowest = gather_lowest_points(scan, resolution, up, model.funnel, exec);
   if (lowest.points.empty()) return model;
   if (options.filter == ground_filter::normalized) {
-    model.terrain = detail::flat_terrain(lowest, options.cloth.resolution);
+    model.terrain = flat_terrain(lowest, options.cloth.resolution);
     model.funnel.ground_points = model.funnel.cells;  // no ground is looked for
     return model;
   }
   model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth, exec);
   model.funnel.unreachable = remove_unreachable(lowest, options.max_slope, options.ground_band, exec);
 
-  const int columns = lowest.columns / detail::lowest_per_cloth_cell;
-  const int rows = lowest.rows / detail::lowest_per_cloth_cell;
-  std::vector<float> heights = options.filter == ground_filter::cloth
-                                   ? simulate_cloth(detail::cloth_cell_minima(lowest, columns, rows), columns,
-                                                    rows, options.cloth, exec)
-                                         .heights
-                                   : planes_under_vegetation(lowest, columns, rows, exec);
+  const int columns = lowest.columns / lowest_per_cloth_cell;
+  const int rows = lowest.rows / lowest_per_cloth_cell;
+  std::vector<float> heights =
+      options.filter == ground_filter::cloth
+          ? simulate_cloth(cloth_cell_minima(lowest, columns, rows), columns, rows, options.cloth, exec)
+                .heights
+          : planes_under_vegetation(lowest, columns, rows, exec);
   model.terrain = fit_terrain(lowest, std::move(heights), columns, rows, options, exec);
   model.funnel.ground_points = model.terrain.ground.size();
   return model;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

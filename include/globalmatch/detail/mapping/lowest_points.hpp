@@ -19,22 +19,14 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-/// What became of the points on their way into the terrain.
-struct ground_funnel {
-  std::size_t points = 0;         ///< points of the scan
-  std::size_t not_finite = 0;     ///< of these skipped: NaN, infinite, or further than any plot
-  std::size_t cells = 0;          ///< raster cells that hold points
-  std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
-  std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
-  std::size_t unreachable = 0;    ///< of these left out: no ground is so steep
-  std::size_t ground_points = 0;  ///< cell minima near the cloth
-};
+namespace globalmatch::detail {
 
 /// The lowest point of each cell, NaN where a cell is empty. Coordinates [m] in `frame`, whose origin is the
 /// raster's corner.
@@ -49,8 +41,6 @@ struct lowest_raster {
     return c >= 0 && r >= 0 && c < columns && r < rows && !std::isnan(points[cell(c, r)].z());
   }
 };
-
-namespace detail {
 
 /// Plan raster in sparse tiles, since a scan may have outliers a million metres away.
 class tiled_minima {
@@ -209,8 +199,6 @@ std::optional<Eigen::Vector3d> first_within_reach(const R& scan) {
   return std::nullopt;
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// Puts together what threads found, in the tiles of one of them; by key.
 inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
                                               const execution& exec) {
@@ -234,23 +222,17 @@ inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<
   return tiles;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Gathers the lowest points in one forward pass over the scan, in a frame levelled by `up`; parts of the
 /// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
 /// if no point is finite. Cost: linear; parallel where the range gives random access.
 template <point_range R>
 lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen::Vector3d& up,
                                    ground_funnel& funnel, const execution& exec = {}) {
-  using detail::tiled_minima;
   lowest_raster raster;
   raster.frame.local_from_scan_rotation = levelling_rotation(up);
   raster.resolution = resolution;
   funnel = {};
-  raster.frame.origin = detail::first_within_reach(scan).value_or(Eigen::Vector3d::Zero());
+  raster.frame.origin = first_within_reach(scan).value_or(Eigen::Vector3d::Zero());
 
   // Whoever works on a chunk borrows a raster: there are no more of them than threads.
   std::vector<std::unique_ptr<tiled_minima>> idle;
@@ -284,8 +266,8 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
         idle.push_back(std::move(minima));
       });
 
-  const auto tiles = detail::merge_tiles(idle, exec);
-  const auto group = detail::main_group(tiles);
+  const auto tiles = merge_tiles(idle, exec);
+  const auto group = main_group(tiles);
   for (const auto& t : tiles) funnel.cells += t.occupied;
   funnel.cells_apart = funnel.cells;
   if (group.empty()) return raster;
@@ -331,10 +313,6 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   return raster;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-
-namespace detail {
-
 /// Whether at least `minimum` points within two cells of a cell, itself not counted, are such that
 /// `counts(height)`.
 template <class Counts>
@@ -352,10 +330,6 @@ bool are_around(const lowest_raster& raster, int column, int row, int minimum, c
 /// With fewer points around it nobody can tell whether a point is an outlier.
 constexpr int min_around = 4;
 
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
 /// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
 /// many.
@@ -370,8 +344,7 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, cons
           const double z = raster.points[raster.cell(c, r)].z();
           const auto any = [](float) { return true; };
           const auto near = [&](float other) { return other < z + depth; };
-          if (!detail::are_around(raster, c, r, 2, near) &&
-              detail::are_around(raster, c, r, detail::min_around, any))
+          if (!are_around(raster, c, r, 2, near) && are_around(raster, c, r, min_around, any))
             outliers[row].push_back(raster.cell(c, r));
         }
       },
@@ -384,11 +357,6 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, cons
     }
   return removed;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-
-namespace detail {
-inline namespace GLOBALMATCH_THREADING {
 
 /// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
 /// where no point proves ground. A border of one cell lies around.
@@ -441,18 +409,13 @@ class ground_ceiling {
   std::vector<float> heights_;
 };
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
 /// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
 /// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
 /// ground. Returns how many. Cost: linear in the cells.
 inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step,
                                       const execution& exec = {}) {
-  const detail::ground_ceiling ceiling(raster, slope, exec);
+  const ground_ceiling ceiling(raster, slope, exec);
   std::size_t removed = 0;
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c)
@@ -462,6 +425,4 @@ inline std::size_t remove_unreachable(lowest_raster& raster, double slope, doubl
       }
   return removed;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "globalmatch/detail/mapping/cylinder.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
 inline std::optional<Eigen::Vector3d> intersect_terrain(const cylinder& c, const terrain& ground) {
@@ -97,4 +97,4 @@ inline std::optional<ground_height> ground_at(const terrain& ground, double x, d
   return found;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -22,49 +22,22 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/clusters.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-/// [GM] gives no values: all are ours.
-struct stem_cylinder_options {
-  cylinder_options cylinder = {.usual_taper = 0.005};
-  double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
-  int min_points = 15;         ///< on the surface of a stem
-  double min_height = 1.4;     ///< [m] that these points fill, in steps of 0.1 m:
-                               ///< half the understory layer
-  double min_filled = 0.6;     ///< share of the height from the lowest to the
-                               ///< highest of them that they fill
-  double min_share = 0.6;      ///< of the points in and within 0.1 m of a stem,
-                               ///< this share lies on its surface
-  double max_inside = 0.4;     ///< points in a stem, as a share of those on its surface
-  double max_sigma = 0.01;     ///< [m] uncertainty of the axis in plan: a fifth
-                               ///< of the matching tolerance
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const stem_cylinder_options& options) {
-  require_valid(options.cylinder);
-  if (!(options.column_width > 0)) throw std::invalid_argument("stems.column_width must be positive");
-  if (!(options.min_height >= 0)) throw std::invalid_argument("stems.min_height must not be negative");
-  for (const double share : {options.min_filled, options.min_share, options.max_inside})
-    if (!(share >= 0 && share <= 1))
-      throw std::invalid_argument(
-          "stems.min_filled, .min_share and "
-          ".max_inside must lie in [0, 1]");
-  if (!(options.max_sigma > 0)) throw std::invalid_argument("stems.max_sigma must be positive");
-  if (options.min_points < 6) throw std::invalid_argument("stems.min_points must be at least 6");
-}
+namespace globalmatch::detail {
 
 /// A cylinder that looks like a stem, and what speaks for it.
 struct stem_cylinder {
-  globalmatch::cylinder cylinder;    ///< local frame
+  detail::cylinder cylinder;         ///< local frame
   std::vector<point_index> support;  ///< positions in the understory points that
                                      ///< lie on it, increasing
   double filled_height = 0;          ///< [m] height that the support fills, in steps of 0.1 m
@@ -78,8 +51,6 @@ struct stem_cylinders {
   std::vector<stem_cylinder> stems;
   double distance_tolerance = 0;  ///< [m] that was used
 };
-
-namespace detail {
 
 constexpr double height_bin = 0.1;  // [m]
 
@@ -495,8 +466,6 @@ inline double noise_about(const cylinder& c, const local_points& points, std::sp
   return 1.48 * *middle;
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// Three times the scatter (noise, bark, taper) of the points about the stems of the largest clusters, median
 /// over them; the default where there are none.
 inline double tolerance_from_noise(const cell_columns& understory, const point_clusters& clusters,
@@ -526,11 +495,6 @@ inline double tolerance_from_noise(const cell_columns& understory, const point_c
   return std::clamp(3 * *middle, minimum, maximum);
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Cylinders that look like stems, in the order of the clusters, whose members are positions in the
 /// understory points. `normals`: empty, or unit normals of all understory points, of any sign; cylinders are
 /// then drawn from points and normals, as in [GM], instead of circles seen along a column. The tolerance used
@@ -542,18 +506,16 @@ inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const 
   if (!normals.empty() && normals.size() != understory.points().size())
     throw std::invalid_argument("normals must hold one vector for each understory point");
   if (!options.cylinder.distance_tolerance)
-    options.cylinder.distance_tolerance =
-        detail::tolerance_from_noise(understory, clusters, normals, options, exec);
+    options.cylinder.distance_tolerance = tolerance_from_noise(understory, clusters, normals, options, exec);
   std::vector<std::vector<stem_cylinder>> of_cluster(clusters.size());
-  const auto order =
-      detail::by_decreasing_size(clusters);  // so that no thread is left with a large one at the end
+  const auto order = by_decreasing_size(clusters);  // so that no thread is left with a large one at the end
   parallel_for(
       exec, "cylinders", clusters.size(),
       [&](std::size_t k) {
         const std::size_t c = order[k];
         random_source random(options.cylinder.seed, c + 1);
-        of_cluster[c] = detail::stems_of_cluster(understory, clusters[c], normals, options, random,
-                                                 std::numeric_limits<std::size_t>::max());
+        of_cluster[c] = stems_of_cluster(understory, clusters[c], normals, options, random,
+                                         std::numeric_limits<std::size_t>::max());
       },
       1);
   stem_cylinders result{{}, *options.cylinder.distance_tolerance};
@@ -562,6 +524,4 @@ inline stem_cylinders find_stem_cylinders(const cell_columns& understory, const 
                         std::make_move_iterator(found.end()));
   return result;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -11,41 +11,19 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/sort_stably.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
-#include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/points.hpp"
-#include "globalmatch/detail/core/sort_stably.hpp"
-#include "globalmatch/detail/mapping/stem_cylinders.hpp"
 #include "globalmatch/detail/mapping/stem_base.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/detail/mapping/stem_cylinders.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-constexpr double breast_height = 1.3;  // [m] above the ground, where diameters are measured
-
-/// A stem, in the frame of its scan.
-struct stem {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] where the axis meets the terrain
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit, pointing up
-  double radius = 0;                                   ///< [m] at breast height, 1.3 m above the ground
-  double radius_sigma = 0;                             ///< [m] uncertainty of the radius
-  double taper = 0;                                    ///< [m/m] by which it grows thinner upwards
-  double position_sigma = 0;                           ///< [m] uncertainty in plan of the axis
-  double height_sigma = 0;                             ///< [m] uncertainty of the ground's height
-  double quality = 1;                                  ///< probability that it is a stem, `stem_quality`
-  bool ground_seen = true;                             ///< false: the terrain is interpolated there
-  /// Points of the scan that lie on it, increasing; of those that were not thinned out
-  std::vector<point_index> support;
-};
-
-template <>
-struct point_traits<stem> {
-  static const Eigen::Vector3d& xyz(const stem& s) { return s.position; }
-  static double radius(const stem& s) { return s.radius; }
-  static double position_sigma(const stem& s) { return s.position_sigma; }
-};
+namespace globalmatch::detail {
 
 /// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork): those whose
 /// axes come within the larger radius of each other on the ground or at a height where one of them was seen.
@@ -60,7 +38,7 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
   for (stem_cylinder& s : found.stems)
     if (const auto base = intersect_terrain(s.cylinder, ground))
       fragments.push_back({std::move(s), base->z()});
-  detail::sort_stably(fragments, [](const fragment_with_base& a, const fragment_with_base& b) {
+  sort_stably(fragments, [](const fragment_with_base& a, const fragment_with_base& b) {
     return a.stem.support.size() > b.stem.support.size();
   });
   const auto same_stem = [](const fragment_with_base& a, const fragment_with_base& b) {
@@ -101,8 +79,6 @@ inline double stem_quality(const stem_cylinder& found) {
   return 1 / (1 + std::exp(-evidence));
 }
 
-namespace detail {
-
 /// The indices in the scan of some points, increasing.
 inline std::vector<point_index> in_scan_order(const std::vector<point_index>& chosen,
                                               const local_points& points) {
@@ -118,8 +94,6 @@ inline std::vector<point_index> in_scan_order(const std::vector<point_index>& ch
   for (const entry& e : entries) indices.push_back(e.key);
   return indices;
 }
-
-}  // namespace detail
 
 /// A stem in the frame of the scan, where the axis of a cylinder meets the terrain; nothing when that lies
 /// beyond the raster. `points` are those that the support counts in.
@@ -149,11 +123,9 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
   s.ground_seen = ground.is_known(position->x(), position->y());
-  s.support = detail::in_scan_order(found.support, points);
+  s.support = in_scan_order(found.support, points);
   return s;
 }
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Stems in the frame of the scan, for the cylinders whose axes meet the terrain, ordered by position (x, y,
 /// z). `points` are the stem points that the supports count in. Parallel over stems.
@@ -172,6 +144,4 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
   });
   return stems;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -10,14 +10,16 @@
 #include <optional>
 #include <vector>
 
-#include "globalmatch/detail/mapping/cylinder.hpp"
-#include "globalmatch/execution.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/detail/mapping/stem_cylinders.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/detail/mapping/stem_base.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/detail/mapping/stem_cylinders.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Points on a stem above the root flare, on which a taper that is no stem's would bend the axis; none where
 /// the stem does not meet the terrain.
@@ -45,8 +47,6 @@ inline void refit_above_root_flare(stem_cylinder& stem, const local_points& poin
   stem.cylinder = *refined;
   stem.covariance = cylinder_covariance(*refined, above, std::max(stem.rms, tolerance / 4), options);
 }
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// The taper of the best seen stems as a share of their radius [1/m]: median over the quarter with most
 /// support, each fitted with next to no taper expected. Nothing where that are too few to tell.
@@ -100,6 +100,4 @@ inline void refit_with_common_taper(std::vector<stem_cylinder>& stems, const loc
       },
       4);
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

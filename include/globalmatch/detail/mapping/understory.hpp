@@ -13,27 +13,14 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/terrain.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-struct understory_options {
-  double min_height = 0.2;  ///< [m] above the terrain ([GM] 3.1: 0.2)
-  double max_height = 3.0;  ///< [m] above the terrain ([GM] 3.1: 3)
-};
-
-/// Throws `std::invalid_argument` when the layer is empty by its limits.
-inline void require_valid(const understory_options& options) {
-  if (!(options.min_height < options.max_height))
-    throw std::invalid_argument("understory.min_height must be less than understory.max_height");
-}
-
-namespace detail {
-
-inline namespace GLOBALMATCH_THREADING {
+namespace globalmatch::detail {
 
 /// The heights between which each cell of a terrain raster may hold understory points, and those between
 /// which it holds nothing else: most points are told by these, without interpolation. A border of one cell
@@ -110,8 +97,6 @@ class layer_limits {
   unset_vector<limits> limits_;
 };
 
-}  // namespace GLOBALMATCH_THREADING
-
 /// Points on their way through the selection, few enough for the nearest cache.
 struct point_batch {
   static constexpr std::size_t capacity = 256;
@@ -155,8 +140,6 @@ struct understory_parts {
   std::vector<local_points> parts;
   std::size_t in_layer = 0;  ///< points, with those that were thinned out
 };
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// `select_understory` in parts. A point nearer than `apart` [m] to the one that was kept before it, in the
 /// order of the scan, is left out: scanners go along lines, on which points near by are closer than anybody
@@ -205,19 +188,12 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
   return result;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Points of the scan in the understory layer, in its order; none where the terrain does not reach. One
 /// forward pass; parallel where the range gives random access.
 template <point_range R>
 local_points select_understory(const R& scan, const terrain& ground, const understory_options& options = {},
                                const execution& exec = {}) {
-  auto layer = detail::select_understory_parts(scan, ground, options, 0, exec);
-  return detail::join_parts(std::move(layer.parts), ground.frame, "understory", exec);
+  auto layer = select_understory_parts(scan, ground, options, 0, exec);
+  return join_parts(std::move(layer.parts), ground.frame, "understory", exec);
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

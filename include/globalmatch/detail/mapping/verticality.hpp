@@ -16,35 +16,16 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
+#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
 
-namespace globalmatch {
-
-struct verticality_options {
-  bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
-  /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells,
-  /// which lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
-  std::optional<double> threshold = {};
-  /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
-  /// holds `min_neighbors`, else as much more as it takes to hold them, up to `max_radius`.
-  std::optional<double> radius = {};
-  int min_neighbors = 10;    ///< for a radius from the data (ours)
-  double max_radius = 0.25;  ///< [m] for a radius from the data (ours)
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const verticality_options& options) {
-  if (options.threshold && !(*options.threshold >= 0 && *options.threshold < 1))
-    throw std::invalid_argument("verticality.threshold must lie in [0, 1)");
-  if (options.radius && !(*options.radius > 0))
-    throw std::invalid_argument("verticality.radius must be positive");
-  if (options.min_neighbors < 3) throw std::invalid_argument("verticality.min_neighbors must be at least 3");
-  if (!(options.max_radius > 0)) throw std::invalid_argument("verticality.max_radius must be positive");
-}
+namespace globalmatch::detail {
 
 /// The surface around a point.
 struct local_surface {
@@ -55,8 +36,6 @@ struct local_surface {
   /// [GM] Eq. (1); 0 without a normal.
   float verticality() const { return normal.isZero() ? 0.0f : 1.0f - std::abs(normal.z()); }
 };
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Normal, verticality and spacing of each point. Cost: O(n log n) queries; parallel.
 inline std::vector<local_surface> estimate_surfaces(const local_points& points,
@@ -105,8 +84,6 @@ inline std::vector<local_surface> estimate_surfaces(const local_points& points,
   return surfaces;
 }
 
-}  // namespace GLOBALMATCH_THREADING
-
 /// The surface through a cell.
 struct cell_surface {
   float verticality = 0;        ///< [GM] Eq. (1); 0 where there are too few points
@@ -120,8 +97,6 @@ inline bool is_stem_cell(const cell_surface& s, const verticality_options& optio
   return s.half_width > 0 &&
          (!options.constraint || s.verticality > options.threshold.value_or(loose_threshold));
 }
-
-namespace detail {
 
 /// Sums over points of what their covariance is made of. Doubles of local coordinates: no digits are lost.
 struct moments {
@@ -207,10 +182,6 @@ class sums_by_height {
   std::vector<moments> sums_;
 };
 
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Surface through each cell: through the points of the 27 cells around it, or of as many more as it takes to
 /// hold `min_neighbors`, up to three cells away. With cells of 5 cm these are the balls that [GM] takes, or
 /// nearly so, at a cost for each cell and not for each point. Linear in the points; parallel.
@@ -224,8 +195,8 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
   std::vector<cell_surface> surfaces(cells.cells());
   parallel_chunks(exec, "verticality", cells.rows(), rows_a_block, [&](std::size_t begin, std::size_t end) {
     column_window window(cells);
-    detail::sums_by_height sums(cells, begin - std::min(begin, std::size_t(max_half_width)),
-                                std::min(end + std::size_t(max_half_width), cells.rows()));
+    sums_by_height sums(cells, begin - std::min(begin, std::size_t(max_half_width)),
+                        std::min(end + std::size_t(max_half_width), cells.rows()));
     for (std::size_t column = cells.columns_begin(begin); column < cells.columns_end(end - 1); ++column) {
       window.move_to(column);
       cell_index next = cells.cells_begin(column);
@@ -243,7 +214,7 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
           low = to, high = from;
           for (cell_index c = from; c < to; ++c) {
             if (surfaces[c].half_width != 0) continue;
-            const detail::moments sum = sums.around(cells[c].height, half_width);
+            const moments sum = sums.around(cells[c].height, half_width);
             if (sum.n < min_points) {
               low = std::min(low, c), high = c + 1;
               continue;
@@ -258,8 +229,6 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
   });
   return surfaces;
 }
-
-}  // namespace GLOBALMATCH_THREADING
 
 /// Positions of the points whose verticality exceeds the threshold; of all with a normal when the constraint
 /// is off.
@@ -277,4 +246,4 @@ inline std::vector<point_index> select_stem_points(const std::vector<local_surfa
   return chosen;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -15,12 +15,13 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Larger of the extents [m] of a map along x and y, outliers aside.
 inline double extent(const position_set& stems) {
@@ -32,7 +33,7 @@ class background_density {
  public:
   /// `index` is that of `stems`. Cost: linear in the stems for the extent, the rest looks at some of them.
   background_density(const position_set& stems, std::shared_ptr<const position_index> index)
-      : index_(std::move(index)), extent_(globalmatch::extent(stems)) {
+      : index_(std::move(index)), extent_(detail::extent(stems)) {
     constexpr std::size_t neighbors = 6, max_visited = 1024;
     const std::size_t size = stems.size(), k = std::min(neighbors, size - std::min<std::size_t>(size, 1));
     const std::size_t step = (size + max_visited - 1) / max_visited;
@@ -205,4 +206,4 @@ class background_density {
       lattice_;  // [m] reaches, and shares of shifted stems that meet within
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -16,61 +16,13 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/positions.hpp"
 
-namespace globalmatch {
-
-enum class outcome {
-  registered,      ///< there is a transform to trust
-  ambiguous,       ///< several transforms explain the stems about as well
-  not_registered,  ///< no transform does
-  cancelled        ///< the progress callback said so
-};
-
-/// The outcome's name, as in the JSON output.
-inline std::string_view to_string(outcome o) {
-  switch (o) {
-    case outcome::registered:
-      return "registered";
-    case outcome::ambiguous:
-      return "ambiguous";
-    case outcome::not_registered:
-      return "not_registered";
-    case outcome::cancelled:
-      return "cancelled";
-  }
-  return "unknown";
-}
-
-struct decision_options {
-  int min_correspondences = 4;  ///< stems in both maps (ours)
-  double min_minor_axis_sigma =
-      0.5;  ///< [m] standard deviation of these across the line they lie nearest to (ours)
-  /// Motions that chance would make pair as many stems: fewer are expected of one that is to be trusted
-  /// (ours).
-  double max_nfa = 1e-3;
-  /// A rival whose logarithm of false alarms is at least this share of the best one's makes it ambiguous
-  /// (ours).
-  double alternative_share = 0.5;
-  /// [rad] Heights of paired stems that slope by more, beyond doubt, tell of a scan that was not levelled:
-  /// 4-DoF cannot mend that. Instruments level themselves to hundredths of a degree, so 1 degree is no noise
-  /// (ours).
-  double max_tilt = std::numbers::pi / 180;
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const decision_options& options) {
-  if (options.min_correspondences < 3)
-    throw std::invalid_argument("decision.min_correspondences must be at least 3");
-  if (!(options.min_minor_axis_sigma >= 0))
-    throw std::invalid_argument("decision.min_minor_axis_sigma must not be negative");
-  if (!(options.max_nfa > 0)) throw std::invalid_argument("decision.max_nfa must be positive");
-  if (!(options.alternative_share > 0 && options.alternative_share <= 1))
-    throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
-  if (!(options.max_tilt >= 0)) throw std::invalid_argument("decision.max_tilt must not be negative");
-}
+namespace globalmatch::detail {
 
 struct decision {
   globalmatch::outcome outcome = outcome::not_registered;
@@ -110,8 +62,6 @@ inline double probability_of(std::span<const hypothesis> hypotheses, const decis
   const bool not_significant = hypotheses[0].log10_nfa > std::log10(options.max_nfa);
   return not_significant ? std::min(probability, max_if_insignificant) : probability;
 }
-
-namespace detail {
 
 /// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
 inline double minor_axis_sigma(const hypothesis& h, const position_set& source) {
@@ -171,8 +121,6 @@ inline double certain_tilt(const hypothesis& h, const matching_context& context)
   return std::atan(std::max(0.0, length - deviations * doubt));
 }
 
-}  // namespace detail
-
 /// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
 /// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
 /// ranked, distinct, weighed against chance at one tolerance, and in the frames of `context`.
@@ -192,7 +140,7 @@ inline decision decide(std::span<const hypothesis> hypotheses, const matching_co
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, " + needed +
                                          "; the scans overlap too little or the tolerance is too small"};
-  if (detail::minor_axis_sigma(hypotheses.front(), source) < options.min_minor_axis_sigma)
+  if (minor_axis_sigma(hypotheses.front(), source) < options.min_minor_axis_sigma)
     return {outcome::not_registered,
             "matching: the " + std::to_string(best) +
                 " paired stems lie in a line; scans with a wider overlap are needed"};
@@ -210,7 +158,7 @@ inline decision decide(std::span<const hypothesis> hypotheses, const matching_co
   if (not_significant)
     return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
                                          " stems, which chance explains; more overlap is needed"};
-  const double tilt = context.uses_heights() ? detail::certain_tilt(hypotheses.front(), context) : 0;
+  const double tilt = context.uses_heights() ? certain_tilt(hypotheses.front(), context) : 0;
   if (tilt > options.max_tilt)
     return {outcome::not_registered,
             "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
@@ -220,4 +168,4 @@ inline decision decide(std::span<const hypothesis> hypotheses, const matching_co
   return {outcome::registered, ""};
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -20,57 +20,20 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
-#include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/points.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/null_model.hpp"
-#include "globalmatch/transform.hpp"
 #include "globalmatch/detail/matching/triangle_index.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
 #include "globalmatch/triangles.hpp"
 
-namespace globalmatch {
-
-struct indexed_matching_options {
-  int target_neighbors = 5;  ///< stems around each target stem that make triangles of the index (ours)
-  int source_neighbors = 8;  ///< stems around a source stem that make triangles to query (ours)
-  std::size_t exhaustive_max_stems = 100;  ///< maps of so many are searched patiently (ours) ...
-  std::size_t retry_max_stems = 300;       ///< ... and those of so many when nothing else was found (ours)
-  std::size_t sufficient_stems =
-      20000;                      ///< larger maps share enough triangles when so many stems make them (ours)
-  int exhaustive_neighbors = 20;  ///< instead of both where a map has 100 stems or fewer ([GM] 3.2.1: K = 20)
-  int trial_neighbors = 40;       ///< stems around a triangle that a motion is tried on (ours)
-  std::size_t max_trials =
-      400;  ///< motions that are tried for each source stem, those of most triangles first (ours)
-  double sufficient_log10_nfa =
-      -10;  ///< log10 of false alarms at which nothing further is tried or asked (ours)
-  std::size_t max_queries = 20000;         ///< source triangles looked up (ours)
-  std::size_t max_candidates = 5'000'000;  ///< target triangles found alike, in all (ours)
-  std::size_t stems_for_alternatives =
-      5;                            ///< whose triangles are looked up at least, though one is found (ours)
-  std::size_t max_hypotheses = 16;  ///< distinct ones that are remembered and returned (ours)
-  std::uint64_t seed = 1;           ///< of the order of queries
-};
-
-/// Throws `std::invalid_argument` naming the field that makes no sense.
-inline void require_valid(const indexed_matching_options& options) {
-  const auto require = [](bool holds, const char* message) {
-    if (!holds) throw std::invalid_argument(message);
-  };
-  require(options.target_neighbors >= 2, "indexed.target_neighbors must be at least 2");
-  require(options.source_neighbors >= 2, "indexed.source_neighbors must be at least 2");
-  require(options.exhaustive_neighbors >= 2, "indexed.exhaustive_neighbors must be at least 2");
-  require(!std::isnan(options.sufficient_log10_nfa), "indexed.enough must be a number");
-  require(options.max_hypotheses >= 2, "indexed.max_hypotheses must be at least 2");
-  require(options.sufficient_stems >= 1, "indexed.sufficient_stems must be at least 1");
-  require(options.max_trials >= 1, "indexed.max_trials must be at least 1");
-  require(options.trial_neighbors >= std::max(options.source_neighbors, options.exhaustive_neighbors),
-          "indexed.trial_neighbors must be at least source_neighbors and exhaustive_neighbors");
-}
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// A motion and how many of the stems around its triangle it lays on stems.
 struct trial {
@@ -206,8 +169,6 @@ inline std::vector<stem_index> shuffled_stems(std::size_t count, std::uint64_t s
   return order;
 }
 
-inline namespace GLOBALMATCH_THREADING {
-
 /// Looks triangles of a source map up in those of a target map, stem after stem.
 class triangle_search {
  public:
@@ -287,11 +248,6 @@ class triangle_search {
   std::vector<stem_index> around_;
 };
 
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
-
 /// Distinct hypotheses, verified over all stems at `inlier_threshold` [m] and judged against chance, best
 /// first. `index` is that of the target's triangles; `thresholds` [m], increasing, are those that stems may
 /// be paired at in the end. `exhaustive`: every motion is tried on all stems around it, and more triangles
@@ -304,19 +260,18 @@ inline std::vector<hypothesis> match_by_index(const matching_context& context, c
                                               const indexed_matching_options& options, bool exhaustive,
                                               matching_funnel& funnel, const execution& exec = {}) {
   const std::size_t best_of_query = exhaustive ? 8 : 2;  // verified over all stems
-  detail::triangle_search search(
-      context, index, inlier_threshold, options, exhaustive,
-      options.max_candidates - std::min(options.max_candidates, funnel.local_pairs));
+  triangle_search search(context, index, inlier_threshold, options, exhaustive,
+                         options.max_candidates - std::min(options.max_candidates, funnel.local_pairs));
   std::vector<hypothesis> hypotheses;
   std::size_t stems = 0;
   bool found = false;
-  for (const stem_index i : detail::shuffled_stems(context.source.size(), options.seed)) {
+  for (const stem_index i : shuffled_stems(context.source.size(), options.seed)) {
     if (found && stems >= options.stems_for_alternatives) break;
     if (search.queries() >= options.max_queries || search.is_exhausted()) break;
     report_progress(exec, "matching", double(search.queries()) / double(options.max_queries));
     ++stems;
     std::size_t verified = 0;
-    for (const detail::trial& best : search.transforms_around(i, hypotheses)) {
+    for (const trial& best : search.transforms_around(i, hypotheses)) {
       if (verified == best_of_query) break;
       if (search.is_known(best.triangle, hypotheses)) continue;
       ++verified;
@@ -338,6 +293,4 @@ inline std::vector<hypothesis> match_by_index(const matching_context& context, c
   keep_best(hypotheses, options.max_hypotheses);
   return hypotheses;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -10,15 +10,12 @@
 #include <optional>
 #include <span>
 
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/planting_lattice.hpp"
-#include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/points.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/positions.hpp"
 
-namespace globalmatch {
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// A stem in the middle of a map.
 inline const Eigen::Vector3d& central_stem(const position_set& stems) {
@@ -43,8 +40,6 @@ inline std::optional<Eigen::Isometry3d> align_centers(const matching_context& co
          Eigen::Translation3d(-central_stem(context.source));
 }
 
-}  // namespace detail
-
 /// Of the motions of hypotheses, and of the one that lays the source's own lattice on that of the target,
 /// `lattice`, the one that lays most stems near others. At least one hypothesis is needed. Cost: linear in
 /// the stems, for each.
@@ -65,8 +60,8 @@ inline Eigen::Isometry3d align_lattices(const matching_context& context, const p
     best = transform;
   };
   for (const hypothesis& h : hypotheses.subspan(1)) consider(h.target_from_source);
-  if (const auto transform = detail::align_centers(context, lattice)) consider(*transform);
+  if (const auto transform = align_centers(context, lattice)) consider(*transform);
   return best;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -12,11 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Calls `visit(transform)` for shifts of the target frame that lay stem `t` on one of its nearest stems, and
 /// for turns about it that lay its nearest stem on another one about as near.
@@ -71,4 +72,4 @@ inline std::vector<hypothesis> lattice_alternatives(const hypothesis& h, const m
   return alternatives;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

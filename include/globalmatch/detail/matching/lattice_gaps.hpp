@@ -15,13 +15,14 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/detail/matching/planting_lattice.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/planting_lattice.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/positions.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// The gaps of two maps of stands in rows. Refers to the maps.
 class lattice_gaps {
@@ -142,4 +143,4 @@ class lattice_gaps {
   std::vector<Eigen::Vector2d> source_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -19,15 +19,16 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/lattice_alignment.hpp"
 #include "globalmatch/detail/matching/planting_lattice.hpp"
 #include "globalmatch/detail/matching/residual_null_model.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/detail/matching/lattice_alignment.hpp"
-#include "globalmatch/detail/core/statistics.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// What the pairs of a motion miss each other by; empty where nothing is known of it.
 struct stem_residuals {
@@ -135,7 +136,7 @@ class lattice_residuals {
   Eigen::Vector3d central_position(const Eigen::Isometry3d& initial) const {
     position_set paired;
     for (const correspondence& c : pair_nearest(initial)) paired.at.push_back(context_.target.at[c.target]);
-    return paired.at.empty() ? context_.target.at.front() : detail::central_stem(paired);
+    return paired.at.empty() ? context_.target.at.front() : central_stem(paired);
   }
 
   /// A motion fitted to the stems it pairs until these stand: the lattice tells its yaw to some degrees only.
@@ -223,4 +224,4 @@ class lattice_residuals {
   residual_null_model position_model_, height_model_, radius_model_;
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -16,13 +16,15 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/positions.hpp"
-#include "globalmatch/detail/matching/background_density.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/background_density.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/transform.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// What chance can do between two maps. Refers to them.
 class null_model {
@@ -280,4 +282,4 @@ inline void score_hypothesis(hypothesis& h, const matching_context& context, con
   h.rms = context.rms(h.target_from_source, h.correspondences);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

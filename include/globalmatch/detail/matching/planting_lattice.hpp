@@ -13,50 +13,13 @@
 #include <optional>
 #include <vector>
 
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
 
-namespace globalmatch {
-
-/// The two shortest shifts at which stems repeat.
-struct planting_lattice {
-  /// [m] in plan, the shortest one, y not negative
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  /// [m] in plan, less than half a turn counter-clockwise of the first
-  Eigen::Vector2d second = Eigen::Vector2d::Zero();
-
-  /// [rad] of the rows, 0 to pi counter-clockwise from x
-  double direction() const { return std::atan2(first.y(), first.x()); }
-  /// [rad] between both shifts
-  double angle() const {
-    return std::atan2(first.x() * second.y() - first.y() * second.x(), first.dot(second));
-  }
-  /// [m] stems this near a place of the lattice stand on it: nearer to it than to any other one, with a
-  /// margin
-  double search_radius() const { return 0.3 * std::min(first.norm(), (second - first).norm()); }
-  /// Turns [rad] that lay it on itself: 0 and pi, and those of squares or of equilateral triangles.
-  std::vector<double> turns() const {
-    std::vector<double> found;
-    for (const int twelfths : {0, 4, 6, 8, 12, 16, 18, 20}) {
-      const double turn = twelfths * std::numbers::pi / 12;
-      const Eigen::Rotation2Dd rotation(turn);
-      if (is_lattice_shift(rotation * first) && is_lattice_shift(rotation * second)) found.push_back(turn);
-    }
-    return found;
-  }
-  /// Whether a shift [m] lays the lattice on itself.
-  bool is_lattice_shift(const Eigen::Vector2d& shift) const {
-    Eigen::Matrix2d basis;
-    basis << first, second;
-    const Eigen::Vector2d steps = basis.inverse() * shift;
-    return (basis * Eigen::Vector2d(std::round(steps.x()), std::round(steps.y())) - shift).norm() <
-           search_radius();
-  }
-};
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// Shifts [m] from some stems to those around, as positions in plan.
 inline position_set shifts_to_neighbors(const position_index& stems) {
@@ -119,14 +82,12 @@ class repeated_shifts {
   std::size_t max_ = 0;
 };
 
-}  // namespace detail
-
 /// The lattice of a stand that is known to stand in rows. Nothing where there is none: shifts from stem to
 /// stem then repeat in one direction at most. Cost: looks at some of the stems.
 inline std::optional<planting_lattice> find_lattice(const position_index& stems) {
   constexpr double search_radius = 0.15;  // of the spacing of the stems
   if (stems.size() < 4) return std::nullopt;
-  const detail::repeated_shifts shifts(stems, search_radius * stems.spacing());
+  const repeated_shifts shifts(stems, search_radius * stems.spacing());
   const auto first = shifts.shortest();
   if (!first || first->norm() == 0) return std::nullopt;
   const auto second = shifts.shortest(*first);
@@ -168,4 +129,4 @@ inline std::vector<Eigen::Vector2d> find_gaps(const position_index& stems, const
   return gaps;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -11,7 +11,7 @@
 
 #include "globalmatch/detail/core/statistics.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// What chance makes of residuals, whatever they are like.
 class residual_null_model {
@@ -81,4 +81,4 @@ class residual_null_model {
          share_ = 0;  // variance of a sum over that of independent pairs; of pairs that go together
 };
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -12,12 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
 
-namespace globalmatch {
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// Variance [m^2] of each coordinate of the residual of a pair, as the caller knows the stems.
 inline double known_variance(const matching_context& context, const correspondence& c) {
@@ -99,8 +100,6 @@ inline bool reweight_and_fit(hypothesis& h, const matching_context& context, dou
   return true;
 }
 
-}  // namespace detail
-
 /// Fits the motion of a hypothesis anew and pairs all stems under it at its tolerance, until it stands: stems
 /// count as much as `position_sigma` makes them certain, and pairs that fit badly count less. The scatter is
 /// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
@@ -111,11 +110,11 @@ inline void fit_robustly(hypothesis& h, const matching_context& context) {
   constexpr int max_iterations = 10;
   constexpr double relative_convergence_threshold = 0.01;  // of the tolerance
   if (h.correspondences.size() < minimum) return;
-  const double unknown = detail::unknown_variance(context, h);
+  const double unknown = unknown_variance(context, h);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     hypothesis fitted = h;
-    const bool has_moved = detail::reweight_and_fit(fitted, context, unknown,
-                                                    relative_convergence_threshold * h.inlier_threshold);
+    const bool has_moved =
+        reweight_and_fit(fitted, context, unknown, relative_convergence_threshold * h.inlier_threshold);
     fitted.correspondences = context.pair_stems(fitted.target_from_source, h.inlier_threshold);
     if (fitted.correspondences.size() < minimum) return;
     fitted.rms = context.rms(fitted.target_from_source, fitted.correspondences);
@@ -132,8 +131,7 @@ inline void complete_pairs(hypothesis& h, const matching_context& context,
   constexpr std::size_t minimum = 6;
   if (h.correspondences.size() < minimum) return;
   hypothesis wider = h;
-  wider.inlier_threshold =
-      std::max(h.inlier_threshold, detail::threshold_from_residuals(context, h, thresholds));
+  wider.inlier_threshold = std::max(h.inlier_threshold, threshold_from_residuals(context, h, thresholds));
   if (wider.inlier_threshold > h.inlier_threshold) {
     wider.correspondences = context.pair_stems(h.target_from_source, wider.inlier_threshold);
     wider.rms = context.rms(h.target_from_source, wider.correspondences);
@@ -142,4 +140,4 @@ inline void complete_pairs(hypothesis& h, const matching_context& context,
   h = std::move(wider);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

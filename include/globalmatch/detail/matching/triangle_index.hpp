@@ -11,20 +11,19 @@
 #include <span>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
+#include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/triangles.hpp"
-#include "globalmatch/detail/core/wrapped_grid.hpp"
 
-namespace globalmatch {
+namespace globalmatch::detail {
 
 /// Vertices of triangles, found by their edge lengths [m].
 using triangle_grid = wrapped_grid<float, 3, std::array<stem_index, 3>>;
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
 /// the map has fewer. Parallel.
@@ -111,6 +110,4 @@ class triangle_index {
 
   triangle_grid triangles_;
 };
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -12,50 +12,13 @@
 #include <optional>
 #include <vector>
 
-#include "globalmatch/hypothesis.hpp"
-#include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/positions.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/transform.hpp"
 
-namespace globalmatch {
-
-/// Covariance of the small motion that leads from the estimate to the truth: a shift and a turn about
-/// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
-/// in 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in
-/// Student's t a few pairs, which hardly tell it, make the covariance larger.
-struct transform_uncertainty {
-  /// At most so many rows and columns, without memory of their own.
-  template <int Rows, int Columns>
-  using small_matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Rows, Columns>;
-
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< [m] centroid of the paired stems
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();     ///< unit
-  small_matrix<6, 6> covariance;                     ///< 4 x 4 or 6 x 6
-
-  /// How a shift and turn about the center move a place [m, target frame]: 3 x 4 or 3 x 6.
-  small_matrix<3, 6> derivative(const Eigen::Vector3d& place) const {
-    const Eigen::Vector3d arm = place - center;
-    small_matrix<3, 6> jacobian(3, covariance.rows());
-    jacobian.leftCols<3>().setIdentity();
-    if (covariance.rows() == 4)
-      jacobian.col(3) = up.cross(arm);
-    else
-      for (int axis = 0; axis < 3; ++axis) jacobian.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(arm);
-    return jacobian;
-  }
-
-  /// Covariance [m^2] of where the motion lays what belongs at a place [m, target frame].
-  Eigen::Matrix3d at(const Eigen::Vector3d& place) const {
-    const auto jacobian = derivative(place);
-    return jacobian * covariance * jacobian.transpose();
-  }
-
-  /// Root mean square distance [m] between where the motion lays what belongs at a place and that place.
-  double expected_error(const Eigen::Vector3d& place) const { return std::sqrt(at(place).trace()); }
-};
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// Variance of Student's t.
 inline double variance_of_t(double degrees) {
@@ -101,8 +64,6 @@ inline double variance_of_height(const hypothesis& h, const matching_context& co
   return median_of_normal * variance_of_t(count - 1) * squares / (count - 1) / count;
 }
 
-}  // namespace detail
-
 /// Uncertainty of a hypothesis' motion, least squares over its pairs, in the frames of `context`; residuals
 /// are taken for independent, and as large as `position_sigma` tells, but for one factor, or alike. The
 /// height of 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs.
@@ -116,22 +77,22 @@ inline std::optional<transform_uncertainty> uncertainty_of(const hypothesis& h,
   result.covariance.setZero(four ? 4 : 6, four ? 4 : 6);
   for (const correspondence& c : h.correspondences)
     result.center += h.target_from_source * context.source.at[c.source] / double(h.correspondences.size());
-  const double unknown = detail::unknown_variance(context, h);
+  const double unknown = unknown_variance(context, h);
   // In 4-DoF the height has nothing to do with the rest.
   const std::vector<int> unknowns = four ? std::vector{0, 1, 3} : std::vector{0, 1, 2, 3, 4, 5};
   const auto coordinates = Eigen::seqN(0, four ? 2 : 3);
-  detail::residual_adjustment adjustment(Eigen::Index(unknowns.size()));
+  residual_adjustment adjustment(Eigen::Index(unknowns.size()));
   std::size_t adjusted = 0;
   for (const correspondence& c : h.correspondences) {
     context.poll_cancelled_at(adjusted++);
     const Eigen::Vector3d transformed = h.target_from_source * context.source.at[c.source];
     adjustment.add(result.derivative(transformed)(coordinates, unknowns),
                    (context.target.at[c.target] - transformed)(coordinates),
-                   detail::known_variance(context, c) + unknown);
+                   known_variance(context, c) + unknown);
   }
   result.covariance(unknowns, unknowns) = adjustment.covariance();
   if (four && context.source.has_heights && context.target.has_heights)
-    result.covariance(2, 2) = detail::variance_of_height(h, context);
+    result.covariance(2, 2) = variance_of_height(h, context);
   return result;
 }
 
@@ -147,4 +108,4 @@ inline transform_uncertainty in_caller_frame(transform_uncertainty u, const loca
   return u;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -11,29 +11,17 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
+#include "globalmatch/mapping_options.hpp"
 
-namespace globalmatch {
-
-struct cloth_options {
-  double resolution = 0.5;   ///< [m] distance of particles (GR; [CSF] 0.5)
-  int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
-  double time_step = 0.65;   ///< ([CSF] dT)
-  double gravity = 0.2;      ///< [m] a squared unit of time (ours: [CSF] names no value)
-  int max_iterations = 500;  ///< ([CSF])
-  double convergence_threshold =
-      0.005;                ///< [m] the cloth is at rest when no particle moves further in a step (ours)
-  double slope_step = 0.3;  ///< [m] slope post-processing: a hanging particle drops to its ground where that
-                            ///< lies within this of a resting neighbour's ([CSF] h_cc)
-};
+namespace globalmatch::detail {
 
 /// Heights of the cloth over a raster of lowest points.
 struct cloth {
   int columns, rows;
   std::vector<float> heights;  ///< [m] row by row
 };
-
-namespace detail {
 
 /// Calls `visit(j)` for the cells that share an edge with cell i of a raster.
 template <class Visit>
@@ -59,14 +47,12 @@ inline void fill_from_nearest(std::vector<float>& values, int columns, int rows)
     });
 }
 
-}  // namespace detail
-
 /// Lays a cloth under the ground. `lowest` holds a height per cell [m], row by row, NaN where there is none;
 /// at least one is needed. Seen upside down the ground is what the cloth falls on and the trees hang below
 /// it: particles fall under gravity, stay where they meet the ground, and pull on their neighbours.
 inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
                             const cloth_options& options = {}, const execution& exec = {}) {
-  detail::fill_from_nearest(lowest, columns, rows);
+  fill_from_nearest(lowest, columns, rows);
   // From here on all heights are upside down.
   for (float& z : lowest) z = -z;
   const std::vector<float>& ground = lowest;
@@ -121,7 +107,7 @@ inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
   for (std::size_t i = 0; i < height.size(); ++i)
     if (fixed[i]) contact.push_back(i);
   for (std::size_t k = 0; k < contact.size(); ++k)
-    detail::for_each_edge_neighbor(contact[k], columns, rows, [&](std::size_t j) {
+    for_each_edge_neighbor(contact[k], columns, rows, [&](std::size_t j) {
       if (fixed[j] || std::abs(ground[j] - ground[contact[k]]) > options.slope_step) return;
       height[j] = ground[j];
       fixed[j] = 1;
@@ -131,4 +117,4 @@ inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
   return {columns, rows, std::move(height)};
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -15,13 +15,12 @@
 #include <stdexcept>
 #include <vector>
 
-#include "globalmatch/execution.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 
-namespace globalmatch {
-
-namespace detail {
+namespace globalmatch::detail {
 
 /// A point and the voxel it lies in.
 struct voxel_member {
@@ -52,10 +51,6 @@ inline void keep_nearest_to_centroids(const local_points& points, std::vector<vo
     kept.push_back(nearest);
   }
 }
-
-}  // namespace detail
-
-inline namespace GLOBALMATCH_THREADING {
 
 /// Positions in `points` of the points that stay, in increasing order. `voxel_size` in metres. Of points
 /// equally near the centroid (mean) of a voxel the first one stays. Throws `std::invalid_argument` when
@@ -89,11 +84,11 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
   parallel_for(
       exec, "voxels", parts,
       [&](std::size_t part) {
-        std::vector<detail::voxel_member> own;
+        std::vector<voxel_member> own;
         own.reserve(first[part + 1] - first[part]);
         for (std::uint32_t k = first[part]; k < first[part + 1]; ++k)
           own.push_back({voxel_of(members[k]), members[k]});
-        detail::keep_nearest_to_centroids(points, own, kept_of[part]);
+        keep_nearest_to_centroids(points, own, kept_of[part]);
       },
       1);
   std::vector<point_index> kept;
@@ -110,6 +105,4 @@ std::vector<point_index> thin_by_voxels(const R& points, double voxel_size, cons
   for (point_index& i : kept) i = local.index[i];
   return kept;
 }
-
-}  // namespace GLOBALMATCH_THREADING
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

@@ -19,95 +19,23 @@
 #include <utility>
 #include <vector>
 
-#include "globalmatch/detail/core/funnel.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/points.hpp"
-#include "globalmatch/positions.hpp"
 #include "globalmatch/detail/core/sort_stably.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/mapping/funnel.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/positions.hpp"
 #include "globalmatch/transform.hpp"
 
-namespace globalmatch {
-
-/// One stem in two maps.
-struct correspondence {
-  stem_index source, target;
-  auto operator<=>(const correspondence&) const = default;
-};
-
-/// What the false alarms of a hypothesis were judged by.
-enum class evidence_source {
-  stems,      ///< how many of them meet
-  gaps,       ///< of a stand in rows: how many of its gaps meet, which tells more
-  residuals,  ///< of a stand in rows: how well its stems meet, which tells more
-  heights,    ///< how well the heights of stems agree, which tells more: the terrain under both maps
-  radii       ///< how well the radii of stems agree, which tells more
-};
-
-/// The witness's name, as in the JSON output.
-inline std::string_view to_string(evidence_source w) {
-  switch (w) {
-    case evidence_source::stems:
-      return "stems";
-    case evidence_source::gaps:
-      return "gaps";
-    case evidence_source::residuals:
-      return "residuals";
-    case evidence_source::heights:
-      return "heights";
-    case evidence_source::radii:
-      return "radii";
-  }
-  return "unknown";
-}
+namespace globalmatch::detail {
 
 /// What a witness says of a motion.
 struct evidence_score {
   double log10_nfa = 0;  ///< motions that would do as well by chance
   evidence_source evidence = evidence_source::stems;
 };
-
-/// A motion that may be the right one, and what speaks for it.
-struct hypothesis {
-  std::vector<correspondence> correspondences;  ///< one to one, increasing
-  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
-  double inlier_threshold = 0;  ///< [m] stems this near each other were paired
-  /// Motions by chance that pair as many stems; see `null_model.hpp`. The best one of a matching was judged
-  /// before its last pairs, which may lie further from each other, were added.
-  double log10_nfa = 0;
-  double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows
-  evidence_source evidence = evidence_source::stems;  ///< what the false alarms are those of
-  double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
-  std::size_t consensus = 0;  ///< triangle pairs in its consensus set
-};
-
-/// How much each step of matching left.
-struct matching_funnel {
-  std::size_t source_stems = 0, target_stems = 0;
-  std::size_t source_triangles = 0, target_triangles = 0;
-  std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
-  std::size_t tested = 0;           ///< motions tried on stems, or consensus sets counted
-  std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
-  std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
-};
-
-/// What each step was given and left, in their order.
-inline std::vector<funnel_step> explain(const matching_funnel& f) {
-  const std::size_t stems = std::min(f.source_stems, f.target_stems);
-  return {
-      {"source triangles", "stems", f.source_stems, "triangles", f.source_triangles,
-       "of stems that do not stand near each other", "more stems are needed"},
-      {"target triangles", "stems", f.target_stems, "triangles", f.target_triangles,
-       "of stems that do not stand near each other", "more stems are needed"},
-      {"local matching", "triangles", f.source_triangles, "pairs of like triangles", f.local_pairs,
-       "edges differ by more than the tolerance",
-       "the scans overlap too little or the tolerance is too small"},
-      {"global matching", "pairs of like triangles", f.local_pairs, "motions tried", f.tested,
-       "the same motion again, or fewer pairs agree on it than on others", "the scans overlap too little"},
-      {"correspondences", "stems of the smaller map", stems, "paired stems", f.correspondences,
-       "laid on no stem of the other map", "the scans overlap too little or the tolerance is too small"},
-  };
-}
 
 /// Less explainable by chance first, then more paired stems, then nearer ones, then larger consensus sets.
 inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
@@ -119,7 +47,7 @@ inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
 
 /// Ranks hypotheses, the best first; equal ones keep their order.
 inline void rank(std::vector<hypothesis>& hypotheses) {
-  detail::sort_stably(hypotheses, ranks_before);
+  sort_stably(hypotheses, ranks_before);
 }
 
 /// Ranks hypotheses and forgets all but the `maximum` best.
@@ -421,4 +349,4 @@ inline hypothesis reversed(hypothesis h) {
   return h;
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

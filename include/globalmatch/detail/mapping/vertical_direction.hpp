@@ -15,14 +15,9 @@
 #include <vector>
 
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/stem_map.hpp"
 
-namespace globalmatch {
-
-/// How stems stand.
-struct upright_direction {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, frame of the stems
-  double sigma = 0;                               ///< [rad] standard deviation, in any direction
-};
+namespace globalmatch::detail {
 
 /// Angle [rad] between two unit vectors.
 inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -65,4 +60,4 @@ inline bool is_tilted(const upright_direction& upright, const Eigen::Vector3d& u
   return angle_between(upright.up, up) > std::max(usual, deviations * upright.sigma);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

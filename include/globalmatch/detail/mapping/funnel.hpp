@@ -6,18 +6,9 @@
 #include <string_view>
 #include <vector>
 
-namespace globalmatch {
+#include "globalmatch/stem_map.hpp"
 
-/// One step between the points of a scan and the correspondences.
-struct funnel_step {
-  std::string_view step;  ///< its name, as in the reasons of a decision
-  std::string_view of;    ///< what came in
-  std::size_t in = 0;
-  std::string_view what;  ///< what went out
-  std::size_t out = 0;
-  std::string_view rest;    ///< why the rest was dropped
-  std::string_view remedy;  ///< what to look at where too little is left
-};
+namespace globalmatch::detail {
 
 /// The first step that leaves nothing, or else the first that leaves fewer than `minimum`, as in "ground: 0
 /// ground points of 17 raster cells; is `up` the direction away from the ground?"; empty when there is none.
@@ -30,4 +21,4 @@ inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t
   return "";
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::detail

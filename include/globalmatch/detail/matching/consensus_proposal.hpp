@@ -1,0 +1,57 @@
+// Hypotheses by Algorithm 1 of [GM]: the largest consensus set of all congruent triangles, and others beside
+// it.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/global_matching/consensus_finder.hpp"
+#include "globalmatch/detail/global_matching/consensus_search.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/global_matching.hpp"
+#include "globalmatch/local_matching.hpp"
+
+namespace globalmatch::detail {
+
+/// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
+/// the sets that promise most among the pairs it does not explain. `epsilon` in metres. `tested`
+/// receives the number of consensus sets that were counted.
+inline std::vector<hypothesis> propose_by_consensus(const matching_context& context,
+                                                    std::span<const triangle_pair> pairs, double epsilon,
+                                                    const global_matching_options& options = {},
+                                                    const execution& exec = {},
+                                                    std::size_t* tested = nullptr) {
+  require_valid(options);
+  if (pairs.empty()) return {};
+  const consensus_finder finder(context.source, context.target, context.horizontal, pairs, epsilon, exec);
+  const consensus_search search = largest_consensus(finder, options.sufficient, exec);
+  if (tested) *tested = search.visited;
+  std::vector<hypothesis> hypotheses;
+  const auto verify_seed = [&](std::size_t seed) {
+    const auto consensus = finder.consensus(seed);
+    auto h = verify(context, vote_correspondences(finder, consensus), epsilon);
+    if (!h) return;
+    h->consensus = consensus.size();
+    add_distinct(std::move(*h), hypotheses, context);
+  };
+  verify_seed(search.best.seed);
+  int verified = 1;
+  for (const std::uint32_t seed : search.order) {
+    if (verified == options.max_seeds || hypotheses.size() == std::size_t(options.max_hypotheses)) break;
+    const auto explains = [&](const hypothesis& h) {
+      return leads_to(correspondences_of(pairs[seed]), h, context);
+    };
+    if (std::any_of(hypotheses.begin(), hypotheses.end(), explains)) continue;
+    verify_seed(seed);
+    ++verified;
+  }
+  rank(hypotheses);
+  return hypotheses;
+}
+
+}  // namespace globalmatch::detail

@@ -1,0 +1,193 @@
+// Options of stem mapping ([GM] 3.1), step by step.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+
+namespace globalmatch {
+
+struct cloth_options {
+  double resolution = 0.5;   ///< [m] distance of particles (GR; [CSF] 0.5)
+  int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
+  double time_step = 0.65;   ///< ([CSF] dT)
+  double gravity = 0.2;      ///< [m] a squared unit of time (ours: [CSF] names no value)
+  int max_iterations = 500;  ///< ([CSF])
+  double convergence_threshold =
+      0.005;                ///< [m] the cloth is at rest when no particle moves further in a step (ours)
+  double slope_step = 0.3;  ///< [m] slope post-processing: a hanging particle drops to its ground where that
+                            ///< lies within this of a resting neighbour's ([CSF] h_cc)
+};
+
+/// How the ground is told from what grows on it.
+enum class ground_filter {
+  planes,      ///< local planes under the lowest points, from those of blocks upwards (ours)
+  cloth,       ///< a cloth that falls on the lowest points from below ([GM] 3.1)
+  normalized,  ///< not at all: heights are above the ground already, which lies at 0 and may be missing
+               ///< (ours)
+};
+
+struct ground_options {
+  ground_filter filter = ground_filter::planes;
+  cloth_options cloth = {};      ///< its resolution is that of the terrain, whatever the filter
+  double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
+  double max_slope = 1.0;        ///< [m/m] what stands out more steeply is no ground (ours)
+  double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
+  double hole_radius = 1.5;      ///< [m] further than this from all ground points there is no data (ours)
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const ground_options& options) {
+  const auto require = [](bool holds, const char* message) {
+    if (!holds) throw std::invalid_argument(message);
+  };
+  require(options.cloth.resolution > 0, "ground.cloth.resolution must be positive");
+  require(options.cloth.rigidness >= 1, "ground.cloth.rigidness must be at least 1");
+  require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
+  require(options.cloth.time_step > 0 && options.cloth.gravity > 0,
+          "ground.cloth.time_step and ground.cloth.gravity must be positive");
+  require(options.cloth.convergence_threshold > 0 &&
+              options.cloth.convergence_threshold <
+                  options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
+          "ground.cloth.convergence_threshold must be positive and less than the first fall, gravity * "
+          "time_step^2");
+  require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
+  require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
+  require(options.max_slope > 0, "ground.max_slope must be positive");
+  require(options.ground_band > 0, "ground.ground_band must be positive");
+  require(options.hole_radius > 0, "ground.hole_radius must be positive");
+}
+
+struct understory_options {
+  double min_height = 0.2;  ///< [m] above the terrain ([GM] 3.1: 0.2)
+  double max_height = 3.0;  ///< [m] above the terrain ([GM] 3.1: 3)
+};
+
+/// Throws `std::invalid_argument` when the layer is empty by its limits.
+inline void require_valid(const understory_options& options) {
+  if (!(options.min_height < options.max_height))
+    throw std::invalid_argument("understory.min_height must be less than understory.max_height");
+}
+
+struct verticality_options {
+  bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
+  /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells,
+  /// which lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
+  std::optional<double> threshold = {};
+  /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
+  /// holds `min_neighbors`, else as much more as it takes to hold them, up to `max_radius`.
+  std::optional<double> radius = {};
+  int min_neighbors = 10;    ///< for a radius from the data (ours)
+  double max_radius = 0.25;  ///< [m] for a radius from the data (ours)
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const verticality_options& options) {
+  if (options.threshold && !(*options.threshold >= 0 && *options.threshold < 1))
+    throw std::invalid_argument("verticality.threshold must lie in [0, 1)");
+  if (options.radius && !(*options.radius > 0))
+    throw std::invalid_argument("verticality.radius must be positive");
+  if (options.min_neighbors < 3) throw std::invalid_argument("verticality.min_neighbors must be at least 3");
+  if (!(options.max_radius > 0)) throw std::invalid_argument("verticality.max_radius must be positive");
+}
+
+struct cylinder_options {
+  double min_radius = 0.02;  ///< [m] (ours)
+  double max_radius = 0.60;  ///< [m] (ours)
+  double max_tilt_deg = 30;  ///< [degrees] between axis and up (ours)
+  /// [m] points this near the surface lie on it (ours). Empty: 0.02, or from the noise of the scan where many
+  /// stems are fitted.
+  std::optional<double> distance_tolerance = {};
+  /// [m/m] by which radii shrink upwards, more or less: the taper is then fitted, and held near this where
+  /// points tell little of it (ours; stems grow about 1 cm thinner a metre). Empty: cylinders proper, as in
+  /// [GM].
+  std::optional<double> usual_taper = {};
+  double taper_weight = 30;  ///< it is held as firmly as so many points at one metre would hold it (ours)
+  int max_iterations = 300;  ///< at most this many hypotheses (ours)
+  std::uint64_t seed = 1;
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const cylinder_options& options) {
+  if (!(options.min_radius > 0 && options.min_radius < options.max_radius))
+    throw std::invalid_argument("cylinder.min_radius must be positive and less than cylinder.max_radius");
+  if (!(options.max_tilt_deg >= 0 && options.max_tilt_deg < 90))
+    throw std::invalid_argument("cylinder.max_tilt_deg must lie in [0, 90) degrees");
+  if (options.distance_tolerance && !(*options.distance_tolerance > 0))
+    throw std::invalid_argument("cylinder.distance_tolerance must be positive");
+  if (!(options.taper_weight > 0 && std::isfinite(options.taper_weight)))
+    throw std::invalid_argument("cylinder.taper_weight must be positive and finite");
+  if (options.max_iterations < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
+}
+
+/// [GM] gives no values: all are ours.
+struct stem_cylinder_options {
+  cylinder_options cylinder = {.usual_taper = 0.005};
+  double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
+  int min_points = 15;         ///< on the surface of a stem
+  double min_height = 1.4;     ///< [m] that these points fill, in steps of 0.1 m:
+                               ///< half the understory layer
+  double min_filled = 0.6;     ///< share of the height from the lowest to the
+                               ///< highest of them that they fill
+  double min_share = 0.6;      ///< of the points in and within 0.1 m of a stem,
+                               ///< this share lies on its surface
+  double max_inside = 0.4;     ///< points in a stem, as a share of those on its surface
+  double max_sigma = 0.01;     ///< [m] uncertainty of the axis in plan: a fifth
+                               ///< of the matching tolerance
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const stem_cylinder_options& options) {
+  require_valid(options.cylinder);
+  if (!(options.column_width > 0)) throw std::invalid_argument("stems.column_width must be positive");
+  if (!(options.min_height >= 0)) throw std::invalid_argument("stems.min_height must not be negative");
+  for (const double share : {options.min_filled, options.min_share, options.max_inside})
+    if (!(share >= 0 && share <= 1))
+      throw std::invalid_argument(
+          "stems.min_filled, .min_share and "
+          ".max_inside must lie in [0, 1]");
+  if (!(options.max_sigma > 0)) throw std::invalid_argument("stems.max_sigma must be positive");
+  if (options.min_points < 6) throw std::invalid_argument("stems.min_points must be at least 6");
+}
+
+/// What stem points are told by.
+enum class stem_point_rule {
+  cells,   ///< the surfaces through cells of 5 cm: a cost for each cell (ours)
+  points,  ///< the surfaces through points, one for each voxel: a cost for each point ([GM] 3.1)
+};
+
+/// Where the vertical of a map comes from.
+enum class vertical_rule {
+  given,            ///< from the caller ([GM] takes scans as levelled)
+  stems_if_tilted,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
+  stems,            ///< from the stems, if there are enough (ours)
+};
+
+struct mapping_options {
+  ground_options ground = {};
+  understory_options understory = {};
+  stem_point_rule rule = stem_point_rule::cells;
+  /// [m] Of the understory one point a voxel ([GM] 3.1: 0.01), with `stem_point_rule::points`; with cells a
+  /// point that is nearer to the one kept before it, in the order of the scan, is left out (ours).
+  double voxel_size = 0.01;
+  globalmatch::verticality_options verticality = {};
+  /// [m] with `stem_point_rule::points`: stem points nearer than this are of one cluster ([GM] gives no
+  /// value). Empty: three times the spacing of points at hand, at least 0.05.
+  std::optional<double> link_distance = {};
+  stem_cylinder_options stems = {};
+  vertical_rule vertical = vertical_rule::stems_if_tilted;
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const mapping_options& options) {
+  require_valid(options.ground);
+  require_valid(options.understory);
+  require_valid(options.verticality);
+  require_valid(options.stems);
+  if (!(options.voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
+  if (options.link_distance && !(*options.link_distance > 0))
+    throw std::invalid_argument("link_distance must be positive");
+}
+
+}  // namespace globalmatch
