@@ -248,7 +248,7 @@ Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
     Eigen::Matrix4d curvature = penalty * Eigen::Matrix4d::Identity();
     Eigen::Vector4d slope = -penalty * w;
     for (const result& r : results) {
-      const evidence e = features_of(r.match.hypotheses);
+      const decision_features e = features_of(r.match.hypotheses);
       if (e.pairs < decision_options{}.min_correspondences) continue;
       const Eigen::Vector4d x(1, e.log10_nfa, e.lead, std::log(e.pairs));
       const double p = 1 / (1 + std::exp(-w.dot(x)));

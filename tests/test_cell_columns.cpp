@@ -111,7 +111,7 @@ TEST_CASE("a window holds the columns around one that a search among all finds, 
   const auto agrees_at = [&](std::size_t column) {
     window.move_to(column);
     bool same = true;
-    for (std::int32_t reach = 0; reach <= column_window::widest; ++reach)
+    for (std::int32_t reach = 0; reach <= column_window::max_half_width; ++reach)
       for (const std::int32_t from : {0, reach}) {
         std::vector<std::size_t> found;
         window.for_each_within(reach, from, [&](std::size_t c) { found.push_back(c); });

@@ -79,7 +79,7 @@ TEST_CASE("clusters of cells equal brute-force union-find over cells") {
         const int away = std::max({std::abs(places[a].x - places[b].x), std::abs(places[a].y - places[b].y),
                                    std::abs(places[a].z - places[b].z)});
         if (is_stem_cell(surfaces[a], {}) && is_stem_cell(surfaces[b], {}) &&
-            away <= std::max(surfaces[a].reach, surfaces[b].reach))
+            away <= std::max(surfaces[a].half_width, surfaces[b].half_width))
           sets.join(a, b);
       }
     std::map<point_index, std::vector<point_index>> expected;

@@ -37,7 +37,7 @@ TEST_CASE("e_R equals the angle between the rotations, Eq. 8, down to 1e-9 rad")
 
 TEST_CASE("a motion without error has none") {
   random_source random(1);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   const auto error = evaluate_registration(truth, truth, scenes::random_stems(random, 20, 30, 30));
   CHECK(error.rotation < 1e-15);
   CHECK(error.translation == 0);
@@ -50,7 +50,7 @@ TEST_CASE("a motion without error has none") {
 TEST_CASE("e_t and e_p of a shift are its length, with the parts across and along up") {
   random_source random(2);
   const positions points = scenes::random_stems(random, 20, 30, 30);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   Eigen::Isometry3d estimate = truth;
   estimate.translation() += Eigen::Vector3d(0.3, 0.4, -1.2);
   scenes::for_each_type_with_heights(points, [&](const char* name, const auto& range) {

@@ -143,7 +143,7 @@ TEST_CASE("consensus sets, their bounds and the largest equal Algorithm 1 on ran
     const positions stems = scenes::random_stems(random, 6 + random.below(6), 10, 10);
     const position_set source = scenes::set_in_order(stems);
     const position_set target = scenes::set_in_order(
-        scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), stems), 0.05, random));
+        scenes::noisy(scenes::moved(scenes::random_levelled_transform(random), stems), 0.05, random));
     const bool horizontal = seed % 2 == 0;
     require_algorithm_1(source, target, local_pairs(source, target, horizontal, 0.2, 4), horizontal, 0.2);
   }
@@ -279,7 +279,7 @@ TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but fo
     const auto hypotheses = match_globally(matching_context(source, target, false, four), pairs, 0.05);
     REQUIRE_FALSE(hypotheses.empty());
     const hypothesis& best = hypotheses.front();
-    CHECK(scenes::largest_error(best.target_from_source, views.target_from_source, views.source) < 0.05);
+    CHECK(scenes::max_error(best.target_from_source, views.target_from_source, views.source) < 0.05);
     for (const correspondence& c : expected) {
       const double distance = (best.target_from_source * source.at[c.source] - target.at[c.target]).norm();
       const bool found = std::binary_search(best.correspondences.begin(), best.correspondences.end(), c);

@@ -115,7 +115,7 @@ TEST_CASE("verify pairs all stems of the overlap from three correspondences, and
     INFO("seed " << seed);
     random_source random(seed);
     const positions stems = scenes::random_stems(random, 40, 30, 30);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     const position_set source = scenes::set_in_order(scenes::noisy(stems, 0.005, random));
     const position_set target =
         scenes::set_in_order(scenes::moved(truth, scenes::noisy(stems, 0.005, random)));
@@ -125,7 +125,7 @@ TEST_CASE("verify pairs all stems of the overlap from three correspondences, and
       REQUIRE(h);
       CHECK(h->correspondences == same_indices(40));
       CHECK(maps.pair_stems(h->target_from_source, 0.1) == h->correspondences);
-      CHECK(scenes::largest_error(h->target_from_source, truth, source.at) < 0.02);
+      CHECK(scenes::max_error(h->target_from_source, truth, source.at) < 0.02);
       require_sound(*h, maps, 0.1);
     }
     const matching_context maps(source, target, false, four);

@@ -65,7 +65,7 @@ TEST_CASE("icp brings ground and stems from 10 cm and 2 degrees off to 1 mm, bot
       CHECK(result.iterations > 1);
       CHECK(result.pairs > source.size() / 2);
       CHECK(result.rms < 0.001);
-      CHECK(scenes::largest_error(result.target_from_source, truth, source) < 0.001);
+      CHECK(scenes::max_error(result.target_from_source, truth, source) < 0.001);
     }
 }
 
@@ -76,7 +76,7 @@ TEST_CASE("icp by planes lays different samples of one surface on each other to 
   const icp_result result =
       refine_by_icp(source, target, coarse, four, with_metric(icp_metric::point_to_plane));
   CHECK(result.converged);
-  CHECK(scenes::largest_error(result.target_from_source, truth, source) < 0.005);
+  CHECK(scenes::max_error(result.target_from_source, truth, source) < 0.005);
 }
 
 TEST_CASE("icp by planes is not lifted by what stands on the ground in one scan alone") {
@@ -124,7 +124,7 @@ TEST_CASE("icp with points at one place has not converged and stays finite") {
     const icp_result result =
         refine_by_icp(pile, pile, Eigen::Isometry3d::Identity(), four, with_metric(metric));
     CHECK(result.target_from_source.matrix().allFinite());
-    CHECK(scenes::largest_error(result.target_from_source, Eigen::Isometry3d::Identity(), pile) < 0.3);
+    CHECK(scenes::max_error(result.target_from_source, Eigen::Isometry3d::Identity(), pile) < 0.3);
   }
 }
 
@@ -140,7 +140,7 @@ TEST_CASE("icp by planes does not claim to have converged where it slides on a p
     const icp_result result = refine_by_icp(source, target, scenes::yaw_and_shift(0, {0, 0, 0.1}), four,
                                             with_metric(icp_metric::point_to_plane));
     const Eigen::Isometry3d truth = Eigen::Isometry3d::Identity();
-    CHECK((!result.converged || scenes::largest_error(result.target_from_source, truth, source) < 0.1));
+    CHECK((!result.converged || scenes::max_error(result.target_from_source, truth, source) < 0.1));
   }
 }
 
@@ -182,7 +182,7 @@ TEST_CASE("icp is as right far from the origin as near it") {
     const icp_result result =
         refine_by_icp(source, source, far_away * off * far_away.inverse(), four, with_metric(metric));
     CHECK(result.converged);
-    CHECK(scenes::largest_error(result.target_from_source, Eigen::Isometry3d::Identity(), source) < 0.001);
+    CHECK(scenes::max_error(result.target_from_source, Eigen::Isometry3d::Identity(), source) < 0.001);
   }
 }
 

@@ -41,7 +41,7 @@ TEST_CASE("the index proposes the right motion first, on maps of some ten to som
       const Eigen::Isometry3d transform = target.frame.local_from_scan().inverse() *
                                           hypotheses.front().target_from_source *
                                           source.frame.local_from_scan();
-      CHECK(scenes::largest_error(transform, views.target_from_source, views.source) < 0.05);
+      CHECK(scenes::max_error(transform, views.target_from_source, views.source) < 0.05);
     }
 }
 

@@ -30,7 +30,7 @@ TEST_CASE("rows are laid on rows though no hypothesis does") {
     CAPTURE(seed);
     random_source random(seed);
     const scenes::positions stand = scenes::lattice(12, 10, 3);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     const position_set source =
         scenes::set_in_order(scenes::moved(truth.inverse(), scenes::noisy(stand, 0.05, random)));
     const position_set target = scenes::set_in_order(scenes::noisy(stand, 0.05, random));

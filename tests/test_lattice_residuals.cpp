@@ -130,7 +130,7 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
     CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
     const auto proposed = residuals.propose(1);
     REQUIRE(proposed.size() == 1);
-    CHECK(scenes::largest_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
+    CHECK(scenes::max_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
 
     const matching_context horizontal_distances(scans.source, scans.target, true, degrees_of_freedom::four);
     CHECK(lattice_residuals(horizontal_distances, jittered_rows, shift_of(3, -2))

@@ -85,7 +85,7 @@ TEST_CASE("paper_options holds the values of the paper") {
 TEST_CASE("register_maps lays the source on the target, refined unless icp is off") {
   random_source random(1);
   const positions stems = scenes::random_stems(random, 25, 25, 25);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   const stem_map source = made_up_map(stems);
   stem_map target = made_up_map(scenes::moved(truth, stems));
   target.stem_samples = scenes::moved(truth, source.stem_samples);
@@ -96,7 +96,7 @@ TEST_CASE("register_maps lays the source on the target, refined unless icp is of
   REQUIRE(coarse.outcome == outcome::registered);
   CHECK_FALSE(coarse.icp);
   CHECK(coarse.target_from_source->matrix() == coarse.matching.target_from_source->matrix());
-  const double coarse_error = scenes::largest_error(*coarse.target_from_source, truth, stems);
+  const double coarse_error = scenes::max_error(*coarse.target_from_source, truth, stems);
   CHECK(coarse_error < 0.05);
   CHECK(coarse_error > 0.001);
 
@@ -106,7 +106,7 @@ TEST_CASE("register_maps lays the source on the target, refined unless icp is of
     CHECK(fine.reason.empty());
     REQUIRE(fine.icp);
     CHECK(fine.icp->converged);
-    CHECK(scenes::largest_error(*fine.target_from_source, truth, stems) < 0.001);
+    CHECK(scenes::max_error(*fine.target_from_source, truth, stems) < 0.001);
     CHECK(fine.matching.target_from_source->matrix() == coarse.target_from_source->matrix());
   }
 }
@@ -114,7 +114,7 @@ TEST_CASE("register_maps lays the source on the target, refined unless icp is of
 TEST_CASE("register_maps refines about the ups of the two maps, which may differ") {
   random_source random(2);
   const positions stems = scenes::random_stems(random, 25, 25, 25);
-  const Eigen::Isometry3d yaw = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d yaw = scenes::random_levelled_transform(random);
   const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.5, Eigen::Vector3d(1, 2, 0).normalized()));
   const Eigen::Isometry3d truth = tilt * yaw;
   const stem_map source = made_up_map(stems);
@@ -126,7 +126,7 @@ TEST_CASE("register_maps refines about the ups of the two maps, which may differ
   for (const auto metric : {icp_metric::none, icp_metric::point_to_point, icp_metric::point_to_plane}) {
     const registration result = register_maps(source, target, with_icp(metric));
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 1e-6);
+    CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 1e-6);
   }
 }
 
@@ -141,7 +141,7 @@ TEST_CASE("where a vertical is that of the stems the fine registration turns fre
   const auto error = [&] {
     const registration result = register_maps(source, target);
     REQUIRE(result.outcome == outcome::registered);
-    return scenes::largest_error(*result.target_from_source, truth, stems);
+    return scenes::max_error(*result.target_from_source, truth, stems);
   };
   CHECK(error() > 0.01);
   target.up_by_stems = true;
@@ -165,7 +165,7 @@ TEST_CASE("a registration that fails with four degrees of freedom tells which sc
 TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapped stems") {
   random_source random(1);
   const positions stems = scenes::lattice(9, 8, 3);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   const positions seen = scenes::noisy(stems, 0.01, random);
   stem_map source = made_up_map(seen),
            target = made_up_map(scenes::moved(truth, scenes::noisy(stems, 0.01, random)));
@@ -177,7 +177,7 @@ TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapp
   }
   const registration result = register_maps(source, target, coarse);
   REQUIRE(result.target_from_source);
-  CHECK(scenes::largest_error(*result.target_from_source, truth, seen) < 0.05);
+  CHECK(scenes::max_error(*result.target_from_source, truth, seen) < 0.05);
   CHECK(result.matching.hypotheses.front().evidence == evidence_source::radii);
 }
 

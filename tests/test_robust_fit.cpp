@@ -41,7 +41,7 @@ struct scene {
 scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
   scene s;
   const positions at = scenes::random_stems(random, stems, 40, 40);
-  s.truth = scenes::random_levelled_motion(random);
+  s.truth = scenes::random_levelled_transform(random);
   s.source = scenes::set_in_order(at);
   s.target = scenes::set_in_order(scenes::moved(s.truth, at));
   for (std::size_t i = 0; i < stems; ++i)

@@ -82,7 +82,7 @@ TEST_CASE("match_stems registers maps of half overlap, false stems and noise, ri
     require_coherent(result);
     CHECK(result.outcome == outcome::registered);
     if (result.target_from_source)
-      CHECK(scenes::largest_error(*result.target_from_source, views.target_from_source, views.source) < 0.03);
+      CHECK(scenes::max_error(*result.target_from_source, views.target_from_source, views.source) < 0.03);
   }
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("match_stems registers a few maps of half overlap right to 3 cm, 4-DoF
       require_coherent(result);
       REQUIRE(result.outcome == outcome::registered);
       const auto error =
-          scenes::largest_error(*result.target_from_source, views.target_from_source, views.source);
+          scenes::max_error(*result.target_from_source, views.target_from_source, views.source);
       CHECK(error < (dof == degrees_of_freedom::four ? 0.03 : 0.06));
     }
 }
@@ -108,7 +108,7 @@ TEST_CASE("match_stems never registers two unrelated maps", "[slow]") {
     const double side = 30;
     const std::size_t source_count = 30 + random.below(71), target_count = 30 + random.below(71);
     const positions source = scenes::random_stems(random, source_count, side, side);
-    const positions target = scenes::moved(scenes::random_levelled_motion(random),
+    const positions target = scenes::moved(scenes::random_levelled_transform(random),
                                            scenes::random_stems(random, target_count, side, side));
     const matching result = match_stems(source, target, {.inlier_threshold = 0.05});
     require_coherent(result);
@@ -134,7 +134,7 @@ TEST_CASE("match_stems never registers unrelated rows, however many stems meet a
       random_source random(seed);
       const auto plantation = [&] { return scenes::noisy(scenes::lattice(rows, rows, 3), 0.12, random); };
       const positions source = plantation();
-      const positions target = scenes::moved(scenes::random_levelled_motion(random), plantation());
+      const positions target = scenes::moved(scenes::random_levelled_transform(random), plantation());
       CHECK(match_stems(source, target).outcome != outcome::registered);
     }
   }
@@ -155,7 +155,7 @@ TEST_CASE("jittered rows that overlap by half are registered rightly") {
   for (std::uint64_t seed = 0; seed < 4; ++seed) {
     random_source random(seed);
     const positions rows = scenes::noisy(scenes::lattice(30, 20, 3), 0.12, random);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     positions source, target;
     for (const Eigen::Vector3d& p : rows) {
       if (p.x() < 60) source.push_back(p);
@@ -164,14 +164,14 @@ TEST_CASE("jittered rows that overlap by half are registered rightly") {
     source = scenes::noisy(source, 0.01, random);
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.03);
+    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.03);
   }
 }
 
 TEST_CASE("a plot and the forest around it match in either direction, by the same pairs") {
   random_source random(3);
   const positions forest = scenes::random_stems(random, 3000, 180, 180);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   positions plot;
   for (const Eigen::Vector3d& p : forest)
     if ((p - Eigen::Vector3d(90, 90, 0)).head<2>().norm() < 12) plot.push_back(truth * p);
@@ -179,9 +179,9 @@ TEST_CASE("a plot and the forest around it match in either direction, by the sam
   const matching there = match_stems(forest, plot), back = match_stems(plot, forest);
   REQUIRE(there.target_from_source);
   REQUIRE(back.target_from_source);
-  CHECK(scenes::largest_error(*there.target_from_source * *back.target_from_source,
+  CHECK(scenes::max_error(*there.target_from_source * *back.target_from_source,
                               Eigen::Isometry3d::Identity(), plot) < 1e-9);
-  CHECK(scenes::largest_error(*there.target_from_source, truth, {{90, 90, 0}}) < 0.03);
+  CHECK(scenes::max_error(*there.target_from_source, truth, {{90, 90, 0}}) < 0.03);
   CHECK(there.funnel.source_stems == forest.size());
   CHECK(there.funnel.target_stems == plot.size());
   REQUIRE(there.hypotheses.front().correspondences.size() == back.hypotheses.front().correspondences.size());
@@ -204,7 +204,7 @@ TEST_CASE("two stands far apart are matched as one") {
   const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.5, {10, 20, 3});
   const matching result = match_stems(stems, scenes::moved(truth, stems));
   REQUIRE(result.target_from_source);
-  CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.001);
+  CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 0.001);
 }
 
 TEST_CASE("the returned hypotheses are distinct") {
@@ -235,7 +235,7 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
     const positions stems = scenes::lattice(6, 6, 2.5);
     const positions source = scenes::noisy(stems, 0.02, random);
     const positions target =
-        scenes::moved(scenes::random_levelled_motion(random), scenes::noisy(stems, 0.02, random));
+        scenes::moved(scenes::random_levelled_transform(random), scenes::noisy(stems, 0.02, random));
     const matching result = match_stems(source, target);
     require_coherent(result);
     CHECK(result.outcome == outcome::ambiguous);
@@ -250,7 +250,7 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
 TEST_CASE("the rivals of a lattice are its shifts and turns") {
   random_source random(1);
   const positions stems = scenes::lattice(8, 7, 2.5);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   const matching result = match_stems(scenes::noisy(stems, 0.02, random),
                                       scenes::moved(truth, scenes::noisy(stems, 0.02, random)));
   REQUIRE(result.hypotheses.size() >= 4);
@@ -274,12 +274,12 @@ TEST_CASE("gaps in perfect rows break the tie, whichever map is the larger one, 
       std::erase_if(seen, [&](const Eigen::Vector3d&) { return random.uniform() < 0.02; });
       return seen;
     };
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     positions source = scan(), target = scenes::moved(truth, scan());
     (seed % 2 == 0 ? source : target).resize(120);
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.05);
     CHECK(result.hypotheses.front().evidence == evidence_source::gaps);
     REQUIRE(result.lattice);
     const double yaw = std::atan2(truth.linear()(1, 0), truth.linear()(0, 0));
@@ -293,13 +293,13 @@ TEST_CASE(
     CAPTURE(seed);
     random_source random(seed);
     const positions stems = scenes::noisy(scenes::lattice(13, 11, 3), 0.12, random);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     positions source = scenes::noisy(stems, 0.1, random);
     positions target = scenes::moved(truth, scenes::noisy(stems, 0.1, random));
     (seed % 2 == 0 ? source : target).resize(120);
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.2);
+    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.2);
     CHECK(result.hypotheses.front().evidence == evidence_source::residuals);
     CHECK(result.hypotheses.front().correspondences.size() > 100);
   }
@@ -311,12 +311,12 @@ TEST_CASE("where perfect rows stand on rolling ground the heights break the tie,
     random_source random(seed);
     positions stems = scenes::lattice(13, 11, 3);
     for (Eigen::Vector3d& p : stems) p.z() = 2 * std::sin(p.x() / 7 + 1) + 1.5 * std::cos(p.y() / 5);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     const positions source = scenes::noisy(stems, 0.02, random);
     const positions target = scenes::moved(truth, scenes::noisy(stems, 0.02, random));
     const matching result = match_stems(source, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.05);
     CHECK(result.hypotheses.front().evidence == evidence_source::heights);
     CHECK(match_stems(source, target, {.horizontal = true}).outcome == outcome::ambiguous);
   }
@@ -339,7 +339,7 @@ TEST_CASE("in perfect rows on level ground the radii break the tie, where both m
     const positions stems = scenes::lattice(11, 9, 3);
     std::vector<double> radii;
     for (std::size_t i = 0; i < stems.size(); ++i) radii.push_back(0.12 + 0.02 * random.normal());
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     const positions source = scenes::noisy(stems, 0.02, random);
     positions target = scenes::moved(truth, scenes::noisy(stems, 0.02, random));
     if (seed == 2) target.resize(80);  // the smaller one asks: the maps are swapped
@@ -347,7 +347,7 @@ TEST_CASE("in perfect rows on level ground the radii break the tie, where both m
                thick_target = with_radii(target, radii, random);
     const matching result = match_stems(thick_source, thick_target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, source) < 0.05);
+    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.05);
     CHECK(result.hypotheses.front().evidence == evidence_source::radii);
     CHECK(match_stems(source, thick_target).outcome == outcome::ambiguous);
     CHECK(match_stems(thick_source, target).outcome == outcome::ambiguous);
@@ -399,7 +399,7 @@ TEST_CASE("match_stems takes positions of any type and says whether it compared 
     const matching result = match_stems(range, target);
     REQUIRE(result.outcome == outcome::registered);
     CHECK_FALSE(result.horizontal);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 1e-9);
+    CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 1e-9);
   });
   scenes::for_each_type_without_heights(stems, [&](const char* name, const auto& range) {
     INFO(name);
@@ -448,7 +448,7 @@ TEST_CASE("match_stems gives the same bits for any number of threads") {
 TEST_CASE("maps of thousands give the same bits for any number of threads and stems in any order") {
   random_source random(8);
   const positions forest = scenes::random_stems(random, 6000, 260, 260);
-  const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   positions source, target;
   for (const Eigen::Vector3d& p : forest) {
     if (p.x() < 170) source.push_back(p);
@@ -458,7 +458,7 @@ TEST_CASE("maps of thousands give the same bits for any number of threads and st
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const matching expected = match_stems(source, target, {}, up, {.threads = 1});
   REQUIRE(expected.target_from_source);
-  CHECK(scenes::largest_error(*expected.target_from_source, truth, source) < 0.03);
+  CHECK(scenes::max_error(*expected.target_from_source, truth, source) < 0.03);
   const auto source_order = scenes::random_order(source.size(), random);
   const auto target_order = scenes::random_order(target.size(), random);
   for (const int threads : {2, 8}) {
@@ -547,7 +547,7 @@ TEST_CASE("without a tolerance the one of the noise is found, and the motion is 
   for (const double sigma : {0.01, 0.05, 0.15}) {
     random_source random(11);
     const positions stems = scenes::random_stems(random, 80, 35, 35);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     const positions target = scenes::moved(truth, scenes::noisy(stems, sigma, random));
     const matching result = match_stems(stems, target, {.horizontal = true});
     CAPTURE(sigma, result.inlier_threshold, result.reason);
@@ -569,11 +569,11 @@ TEST_CASE("a small plot is found in a prepared map, as by match_stems with the m
     const Eigen::Vector3d center(scenes::uniform(random, 20, 190), scenes::uniform(random, 20, 190), 0);
     for (const Eigen::Vector3d& p : forest)
       if ((p - center).head<2>().norm() < 10 && random.uniform() < 0.85) plot.push_back(p);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     plot = scenes::noisy(scenes::moved(truth.inverse(), plot), 0.01, random);
     const matching result = match_stems(plot, prepared);
     found +=
-        result.target_from_source && scenes::largest_error(*result.target_from_source, truth, plot) < 0.05;
+        result.target_from_source && scenes::max_error(*result.target_from_source, truth, plot) < 0.05;
     if (i == 0) require_same_bits(result, match_stems(plot, forest));
   }
   CHECK(found == 10);
@@ -603,7 +603,7 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     CAPTURE(seed);
     random_source random(seed);
     const positions stems = scenes::random_stems(random, 40, 30, 30);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
     positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
     const matching undisturbed = match_stems(stems, target);
     for (std::size_t i = 0; i < target.size(); i += 4)
@@ -613,7 +613,7 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     CHECK(result.funnel.correspondences >= 36);
     CHECK(result.funnel.correspondences == undisturbed.funnel.correspondences);
     CHECK(result.inlier_threshold < 0.1);
-    CHECK(scenes::largest_error(*result.target_from_source, truth, stems) < 0.03);
+    CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 0.03);
     const matching strict = match_stems(stems, target, {.vertical_threshold = 0.3});
     REQUIRE(strict.outcome == outcome::registered);
     CHECK(strict.funnel.correspondences >= 26);
@@ -648,14 +648,14 @@ TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registere
     const Eigen::Isometry3d tilt = Eigen::Translation3d(middle) *
                                    Eigen::AngleAxisd(0.06, Eigen::Vector3d(0.6, 0.8, 0)) *
                                    Eigen::Translation3d(-middle);
-    const Eigen::Isometry3d truth = scenes::random_levelled_motion(random) * tilt;
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random) * tilt;
     const positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
     const matching four = match_stems(stems, target);
     CHECK(four.outcome == outcome::not_registered);
     CHECK_THAT(four.reason, Catch::Contains("not levelled alike"));
     const matching six = match_stems(stems, target, {.dof = degrees_of_freedom::six});
     REQUIRE(six.outcome == outcome::registered);
-    CHECK(scenes::largest_error(*six.target_from_source, truth, stems) < 0.05);
+    CHECK(scenes::max_error(*six.target_from_source, truth, stems) < 0.05);
   }
 }
 
@@ -690,7 +690,7 @@ TEST_CASE("match_stems turns about the up that it is given") {
     REQUIRE(result.outcome == outcome::registered);
     const Eigen::Isometry3d& transform = *result.target_from_source;
     CHECK((transform.linear() * up).isApprox(up, 1e-12));
-    CHECK(scenes::largest_error(tilt.inverse() * transform * tilt, views.target_from_source, views.source) <
+    CHECK(scenes::max_error(tilt.inverse() * transform * tilt, views.target_from_source, views.source) <
           0.03);
   }
 }
@@ -727,7 +727,7 @@ TEST_CASE("stems in a line, at one place, or double are no exception and no wron
   const matching result = match_stems(doubled, doubled);
   require_coherent(result);
   REQUIRE(result.outcome == outcome::registered);
-  CHECK(scenes::largest_error(*result.target_from_source, Eigen::Isometry3d::Identity(), doubled) < 1e-9);
+  CHECK(scenes::max_error(*result.target_from_source, Eigen::Isometry3d::Identity(), doubled) < 1e-9);
 }
 
 TEST_CASE("match_stems names the map and the position that is not finite") {

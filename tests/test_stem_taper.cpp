@@ -65,7 +65,7 @@ TEST_CASE("the common taper is that of the stems with most support, and is told 
   tapered_stand stand(15, 25, 0, 0.02);
   std::reverse(stand.found.begin(), stand.found.end());  // the others come first
   const auto taper_of = [&](const std::vector<stem_cylinder>& stems) {
-    return common_taper(stems, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options);
+    return common_taper(stems, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
   };
   REQUIRE(taper_of(stand.found));
   const double in_the_middle = relative_taper / (1 - relative_taper * 1.7);  // of the radius 1.7 m up
@@ -80,7 +80,7 @@ TEST_CASE("the common taper is that of the stems with most support, and is told 
 TEST_CASE("stems seen from one side stand where they do once the taper of the others is known") {
   const tapered_stand stand(15, 25, 0);
   auto refitted = stand.found;
-  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options);
+  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
   CHECK(stand.error_of(refitted, 15) < 0.7 * stand.error_of(stand.found, 15));
   for (const stem_cylinder& s : refitted) CHECK(axis_uncertainty(s.covariance) > 0);
 }
@@ -88,7 +88,7 @@ TEST_CASE("stems seen from one side stand where they do once the taper of the ot
 TEST_CASE("the root flare does not move a stem") {
   const tapered_stand stand(8, 0, 0.015);
   auto refitted = stand.found;
-  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options);
+  refit_with_common_taper(refitted, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
   CHECK(stand.error_of(stand.found, 0) > 0.001);
   CHECK(stand.error_of(refitted, 0) < 0.001);
 }
@@ -101,22 +101,22 @@ TEST_CASE("cylinders proper, stems off the terrain and stems seen at their foot 
     return true;
   };
   auto proper = stand.found, off = stand.found, foot = stand.found;
-  refit_with_common_taper(proper, stand.points, sloped_terrain({}), stand.inlier_threshold, {});
+  refit_with_common_taper(proper, stand.points, sloped_terrain({}), stand.tolerance, {});
   CHECK(is_same(proper));
-  refit_with_common_taper(off, stand.points, terrain{}, stand.inlier_threshold, stand.options);
+  refit_with_common_taper(off, stand.points, terrain{}, stand.tolerance, stand.options);
   CHECK(is_same(off));
   for (stem_cylinder& s : foot)
     std::erase_if(s.support, [&](point_index i) { return stand.points.z[i] > 0.4; });
-  refit_with_common_taper(foot, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options);
+  refit_with_common_taper(foot, stand.points, sloped_terrain({}), stand.tolerance, stand.options);
   CHECK(is_same(foot));
 }
 
 TEST_CASE("stems are refitted to the same bits by any number of threads") {
   const tapered_stand stand(15, 25, 0);
   auto one = stand.found, four = stand.found;
-  refit_with_common_taper(one, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options,
+  refit_with_common_taper(one, stand.points, sloped_terrain({}), stand.tolerance, stand.options,
                           {.threads = 1});
-  refit_with_common_taper(four, stand.points, sloped_terrain({}), stand.inlier_threshold, stand.options,
+  refit_with_common_taper(four, stand.points, sloped_terrain({}), stand.tolerance, stand.options,
                           {.threads = 4});
   for (std::size_t i = 0; i < one.size(); ++i) {
     CHECK(one[i].cylinder.point == four[i].cylinder.point);

@@ -15,7 +15,7 @@ using scenes::four;
 using scenes::six;
 
 Eigen::Isometry3d random_transform(random_source& random) {
-  Eigen::Isometry3d transform = scenes::random_levelled_motion(random);
+  Eigen::Isometry3d transform = scenes::random_levelled_transform(random);
   const Eigen::Vector3d axis(random.normal(), random.normal(), random.normal());
   transform.rotate(Eigen::AngleAxisd(scenes::uniform(random, 0, 3), axis.normalized()));
   return transform;
@@ -42,7 +42,7 @@ TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
       random_source random(seed);
       const positions source = random_points(random, 3 + random.below(10));
       const Eigen::Isometry3d truth =
-          dof == four ? scenes::random_levelled_motion(random) : random_transform(random);
+          dof == four ? scenes::random_levelled_transform(random) : random_transform(random);
       const auto transform = fit_transform(source, scenes::moved(truth, source), dof);
       REQUIRE(transform);
       CHECK(transform->isApprox(truth, 1e-12));
@@ -58,7 +58,7 @@ TEST_CASE("fit_transform recovers an exact motion of coordinates of a million me
     const Eigen::Isometry3d truth = scenes::yaw_and_shift(1, {-4e5, 7e4, 100});
     const auto transform = fit_transform(source, scenes::moved(truth, source), dof);
     REQUIRE(transform);
-    CHECK(scenes::largest_error(*transform, truth, source) < 1e-6);
+    CHECK(scenes::max_error(*transform, truth, source) < 1e-6);
   }
 }
 
@@ -67,7 +67,7 @@ TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby")
     random_source random(52);
     const positions source = random_points(random, 12);
     const positions target =
-        scenes::noisy(scenes::moved(scenes::random_levelled_motion(random), source), 0.3, random);
+        scenes::noisy(scenes::moved(scenes::random_levelled_transform(random), source), 0.3, random);
     std::vector<double> weights;
     for (std::size_t i = 0; i < source.size(); ++i) weights.push_back(random.uniform());
     const auto squares = [&](const Eigen::Isometry3d& transform) {

@@ -201,7 +201,7 @@ TEST_CASE("triangles keep their vertex order when the map is turned about z, shi
   for (int iteration = 0; iteration < 5; ++iteration) {
     const auto order = scenes::random_order(stems.size(), random);
     const positions other =
-        scenes::moved(scenes::random_levelled_motion(random), scenes::reordered(stems, order));
+        scenes::moved(scenes::random_levelled_transform(random), scenes::reordered(stems, order));
     position_set set = import_positions(other, up, "source");
     for (stem_index& i : set.original) i = static_cast<stem_index>(order[i]);
     CHECK(orders_of(set) == expected);

@@ -203,10 +203,10 @@ TEST_CASE("cells have the verticality of the points in the cells within reach, b
   const auto surfaces = estimate_surfaces(cells);
   REQUIRE(surfaces.size() == cells.cells());
   const local_points& points = cells.points();
-  std::array<std::size_t, column_window::widest + 1> checked{};
+  std::array<std::size_t, column_window::max_half_width + 1> checked{};
   for (std::size_t column = 0; column < cells.columns(); ++column)
     for (auto c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
-      const int reach = surfaces[c].reach;
+      const int reach = surfaces[c].half_width;
       const auto cell_of = [](float v) { return std::floor(double(v) / 0.05); };
       const std::size_t first = cells.points_begin(c);
       std::vector<Vector3d> around;
@@ -242,8 +242,8 @@ TEST_CASE("cells of sparse points look further, up to three cells, and lone poin
     const cell_columns cells = sort_into_cells(scenes::as_local(wall), 0.05);
     const auto surfaces = estimate_surfaces(cells);
     CHECK(std::all_of(surfaces.begin(), surfaces.end(),
-                      [](const cell_surface& s) { return s.reach == 0 || s.verticality > 0.999f; }));
-    return surfaces[surfaces.size() / 2].reach;
+                      [](const cell_surface& s) { return s.half_width == 0 || s.verticality > 0.999f; }));
+    return surfaces[surfaces.size() / 2].half_width;
   };
   CHECK(reach_at(0.02f) == 1);
   CHECK(reach_at(0.07f) == 2);
