@@ -18,7 +18,6 @@ missing_packages() {
   for need in "${needs[@]}"; do is_command "${need%%:*}" || echo "${need##*:}"; done
   if ! is_command apt-get; then return; fi # CMake finds or fetches the libraries
   for package in "${libraries[@]}" "${optional[@]}"; do is_package "$package" || echo "$package"; done
-  if [ "${1:-}" = clang ]; then is_package libomp-dev || echo libomp-dev; fi
 }
 
 # install_missing [clang]: what the build needs, and the second compiler if asked for. Stops with status 2

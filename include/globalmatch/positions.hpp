@@ -89,7 +89,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     }
     double radius = 0;
     if constexpr (has_radii) {
-      radius = radius_of(position);
+      radius = detail::radius_of(position);
       if (!(radius > 0 && std::isfinite(radius))) radius = 0;
     }
     given.push_back({p.x, p.y, p.z, sigma, radius, static_cast<stem_index>(given.size())});
