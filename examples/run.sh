@@ -37,7 +37,7 @@ echo "Errors against the truth:"
 
 cat <<TXT
 In $PWD:
-  T.txt              the motion that lays scan_2 on scan_1
+  T.txt              the transform from scan_2 to scan_1
   merged.ply         both scans together, one colour each
   plan.svg           both stem maps, before and after
   registration.json  counts and times

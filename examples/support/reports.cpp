@@ -61,8 +61,12 @@ namespace {
 json as_json(const std::vector<funnel_step>& steps) {
   json table = json::array();
   for (const funnel_step& s : steps)
-    table.push_back(
-        {{"step", s.step}, {"of", s.of}, {"in", s.in}, {"what", s.what}, {"out", s.out}, {"rest", s.rest}});
+    table.push_back({{"step", s.step},
+                     {"input", s.of},
+                     {"input_count", s.in},
+                     {"output", s.what},
+                     {"output_count", s.out},
+                     {"dropped_because", s.rest}});
   return table;
 }
 
@@ -115,7 +119,7 @@ json describe(const stem_map& map) {
     const double degrees = 180 / std::numbers::pi;
     return {{"up", row_by_row(Eigen::MatrixXd(map.upright->up))},
             {"sigma_deg", degrees * map.upright->sigma},
-            {"off_deg", degrees * detail::angle_between(map.upright->up, map.given_up)},
+            {"tilt_deg", degrees * detail::angle_between(map.upright->up, map.given_up)},
             {"tilted", is_tilted(map)}};
   };
   return {{"points", map.funnel.ground.points},
@@ -206,11 +210,11 @@ std::string summary(const matching& result) {
     line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
          << result.funnel.target_stems << " stems matched";
   if (result.uncertainty)
-    line << std::setprecision(2) << ", by the stems alone good to "
+    line << std::setprecision(2) << ", standard error by the stems alone "
          << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
-  if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source::stems)
+  if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source{})
     line << "; " << to_string(result.hypotheses.front().evidence)
-         << " in the rows told it from their other places";
+         << " in the plantation resolved the ambiguity";
   return line.str();
 }
 
