@@ -17,6 +17,7 @@
 #include <functional>
 #include <iomanip>
 #include <iostream>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -190,9 +191,10 @@ bool is_of_the_lattice(const trial& t, const Eigen::Isometry3d& target_from_sour
 /// Whether the lattice that was reported is that of the trial: square, of its spacing.
 bool reports_the_lattice(const result& r) {
   constexpr double near = 0.05;  // [m]
-  const auto& rows = r.match.lattice;
-  return rows && std::abs(rows->first.norm() - r.of.spacing) < near &&
-         std::abs(rows->second.norm() - r.of.spacing) < near && rows->turns().size() == 4;
+  const auto& lattice = r.match.lattice;
+  return lattice && std::abs(lattice->first.norm() - r.of.spacing) < near &&
+         std::abs(lattice->second.norm() - r.of.spacing) < near &&
+         std::abs(lattice->angle() - std::numbers::pi / 2) < near / r.of.spacing;
 }
 
 /// Alternative hypotheses of stands on a lattice: are they its shifts times its symmetries?
