@@ -17,6 +17,7 @@
 #include <functional>
 #include <iomanip>
 #include <iostream>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -48,13 +49,13 @@ std::vector<measured_stem> with_radii(const positions& stems, const std::vector<
   return measured;
 }
 
-/// What is not told by the suite.
+/// What does not depend on the suite.
 struct further_view {
   std::optional<double> radius_noise = {};  ///< [m] of radii, where maps carry them
   bool horizontal = false;                  ///< heights are ignored
 } further;
 
-using draw = std::function<trial(random_source&)>;
+using generator = std::function<trial(random_source&)>;
 
 template <class T>
 const T& any_of(const std::vector<T>& values, random_source& random) {
@@ -62,8 +63,8 @@ const T& any_of(const std::vector<T>& values, random_source& random) {
 }
 
 /// As many in each octave.
-std::size_t any_size(double least, double most, random_source& random) {
-  return std::size_t(std::round(least * std::pow(most / least, random.uniform())));
+std::size_t any_size(double minimum, double maximum, random_source& random) {
+  return std::size_t(std::round(minimum * std::pow(maximum / minimum, random.uniform())));
 }
 
 /// Hills of some 60 to 190 m, anywhere.
@@ -91,9 +92,9 @@ trial different_stands(random_source& random) {
   return t;
 }
 
-/// Maps that share 5 to 100 % of their area, of layouts and with noise as told.
-draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, double min_overlap,
-               double max_overlap, double min_detected, double max_false) {
+/// Maps that share 5 to 100 % of their area, of the given layouts and noise.
+generator one_stand(std::vector<std::string> layouts, std::vector<double> noises, double min_overlap,
+                    double max_overlap, double min_detected, double max_false) {
   return [=](random_source& random) {
     trial t;
     t.layout = any_of(layouts, random);
@@ -111,7 +112,7 @@ draw one_stand(std::vector<std::string> layouts, std::vector<double> noises, dou
 }
 
 /// Perfect lattices of 10 to 20 rows and columns, wholly seen by both scans; `missing` of their trees are.
-draw planted_lattice(double missing, std::size_t min_gaps) {
+generator planted_lattice(double missing, std::size_t min_gaps) {
   return [=](random_source& random) {
     trial t{.layout = missing > 0 ? "lattice with gaps" : "perfect lattice",
             .noise = 0.02,
@@ -144,7 +145,7 @@ draw planted_lattice(double missing, std::size_t min_gaps) {
 struct suite {
   std::string_view name;
   std::size_t pairs;
-  draw next;
+  generator next;
 };
 
 /// What became of a trial.
@@ -171,8 +172,8 @@ result run(trial&& t) {
   return r;
 }
 
-/// Whether a motion differs from the true one by a shift and a turn of the lattice onto itself: it lays
-/// places of the lattice on places.
+/// Whether a transform differs from the true one by a symmetry of the lattice: it maps places of the lattice
+/// to places.
 bool is_of_the_lattice(const trial& t, const Eigen::Isometry3d& target_from_source) {
   const Eigen::Isometry3d own = t.maps.target_from_source.inverse() * target_from_source;
   const auto nearest_place = [&](const Eigen::Vector3d& p) {
@@ -190,12 +191,13 @@ bool is_of_the_lattice(const trial& t, const Eigen::Isometry3d& target_from_sour
 /// Whether the lattice that was reported is that of the trial: square, of its spacing.
 bool reports_the_lattice(const result& r) {
   constexpr double near = 0.05;  // [m]
-  const auto& rows = r.match.lattice;
-  return rows && std::abs(rows->first.norm() - r.of.spacing) < near &&
-         std::abs(rows->second.norm() - r.of.spacing) < near && rows->turns().size() == 4;
+  const auto& lattice = r.match.lattice;
+  return lattice && std::abs(lattice->first.norm() - r.of.spacing) < near &&
+         std::abs(lattice->second.norm() - r.of.spacing) < near &&
+         std::abs(lattice->angle() - std::numbers::pi / 2) < near / r.of.spacing;
 }
 
-/// Rivals of stands on a lattice: are they its shifts times its symmetries?
+/// Alternative hypotheses of stands on a lattice: are they its shifts times its symmetries?
 void print_alternatives(const std::vector<result>& results) {
   std::size_t hypotheses = 0, of_the_lattice = 0, with_alternatives = 0, reported = 0;
   for (const result& r : results) {
@@ -207,8 +209,8 @@ void print_alternatives(const std::vector<result>& results) {
     reported += reports_the_lattice(r);
   }
   std::cout << "\nhypotheses " << hypotheses << ", of these shifts times symmetries of the lattice "
-            << of_the_lattice << "; pairs with rivals " << with_alternatives << ", with the lattice reported "
-            << reported << ", of " << results.size() << "\n\n";
+            << of_the_lattice << "; pairs with alternatives " << with_alternatives
+            << ", with the lattice reported " << reported << ", of " << results.size() << "\n\n";
 }
 
 void print(std::string_view title, const std::vector<result>& results,
@@ -292,11 +294,11 @@ void print_calibration(std::vector<result> results) {
 
 int main(int argc, char** argv) {
   CLI::App app("Outcomes of matching where the truth is known: different stands, one stand, lattices.",
-               "matching_verdicts");
+               "decision_rates");
   std::vector<std::string> chosen;
   std::size_t pairs = 0;
   std::uint64_t seed = 1;
-  std::filesystem::path csv_file = "matching_verdicts.csv";
+  std::filesystem::path csv_file = "decision_rates.csv";
   app.add_option("--suites", chosen,
                  "different, one, lattice, gaps, calibration, fit; all but the last if not given")
       ->delimiter(',');
@@ -319,8 +321,9 @@ int main(int argc, char** argv) {
         {"fit", 4000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.0, 0.6, 0.6, 0.4)},
     };
     support::atomic_file csv(csv_file);
-    csv.stream() << "suite,layout,noise,overlap,source,target,common,outcome,best_right,tolerance,pairs,"
-                    "alarms,alarms_at_random,rival_alarms,rival_pairs,probability,evidence\n";
+    csv.stream()
+        << "suite,layout,noise,overlap,source,target,common,outcome,best_right,inlier_threshold,pairs,"
+           "log10_nfa,log10_nfa_poisson,alternative_log10_nfa,alternative_pairs,probability,evidence\n";
     std::cout << "| pairs of maps | pairs | best right | registered, right | registered, wrong | ambiguous | "
                  "not registered |\n"
                  "|---|---|---|---|---|---|---|\n";

@@ -37,9 +37,9 @@ constexpr double near = 15;                 // [m] from the scanner radii should
 
 /// A true stem that was found.
 struct found_stem {
-  double distance = 0;                                              // [m] from the scanner, in plan
+  double distance = 0;                                              // [m] from the scanner, horizontal
   double horizontal_error = 0, height_error = 0, radius_error = 0;  // [m]
-  double horizontal_sigma = 0, height_sigma = 0, radius_sigma = 0;  // [m] as told
+  double horizontal_sigma = 0, height_sigma = 0, radius_sigma = 0;  // [m] as reported
   bool ground_all_around = true;                                    // `has_ground_all_around`
 };
 
@@ -63,11 +63,11 @@ struct mapped_scan {
 
 /// Whether ground was seen within a metre of a stem in each of eight directions.
 bool has_ground_all_around(const stem_map& map, const stem& s) {
-  constexpr double reach = 1;  // [m]
+  constexpr double radius = 1;  // [m]
   std::array<bool, 8> seen{};
   for (const Vector3d& p : map.ground_samples) {
     const Eigen::Vector2d d = (p - s.position).head<2>();
-    if (d.squaredNorm() > reach * reach) continue;
+    if (d.squaredNorm() > radius * radius) continue;
     const double turn = std::atan2(d.y(), d.x()) / (2 * std::numbers::pi) + 0.5;
     seen[std::min(std::size_t(8 * turn), std::size_t(7))] = true;
   }
@@ -151,13 +151,14 @@ double quantile(std::vector<double> values, double share) {
 
 constexpr const char* table_head =
     "| scans of | points [M] | s per M points, worst | bytes a point | precision | recall | recall of 200 to "
-    "400 returns [%] | plan error [cm] | height error: all; where ground lies all around, 90 % of these [cm] "
+    "400 returns [%] | horizontal error [cm] | height error: all; where ground lies all around, 90 % of "
+    "these [cm] "
     "| radius within 15 m: error, bias [cm] |\n|---|---|---|---|---|---|---|---|---|---|\n";
 
 void print_row(std::ostream& out, const std::string& name, const std::vector<mapped_scan>& scans) {
   double points = 0, seconds = 0, worst = 0, bytes = 0;
   std::size_t found = 0, required = 0, required_found = 0, faint = 0, faint_found = 0;
-  std::vector<double> plan, height, height_all_around, radius, radius_error;
+  std::vector<double> horizontal, height, height_all_around, radius, radius_error;
   for (const mapped_scan& s : scans) {
     points += double(s.points) / 1e6;
     seconds += s.seconds;
@@ -169,7 +170,7 @@ void print_row(std::ostream& out, const std::string& name, const std::vector<map
     faint += s.faint;
     faint_found += s.faint_found;
     for (const found_stem& f : s.true_finds) {
-      plan.push_back(100 * f.horizontal_error);
+      horizontal.push_back(100 * f.horizontal_error);
       height.push_back(100 * std::abs(f.height_error));
       if (f.ground_all_around) height_all_around.push_back(height.back());
       if (f.distance > near) continue;
@@ -179,8 +180,8 @@ void print_row(std::ostream& out, const std::string& name, const std::vector<map
   }
   out << std::fixed << std::setprecision(1) << "| " << name << " | " << points / double(scans.size()) << " | "
       << std::setprecision(3) << seconds / points << ", " << worst << " | " << std::setprecision(1) << bytes
-      << " | " << percent(plan.size(), found) << " | " << percent(required_found, required) << " | "
-      << percent(faint_found, faint) << " | " << std::setprecision(2) << median(plan) << " | "
+      << " | " << percent(horizontal.size(), found) << " | " << percent(required_found, required) << " | "
+      << percent(faint_found, faint) << " | " << std::setprecision(2) << median(horizontal) << " | "
       << median(height) << "; " << median(height_all_around) << ", " << quantile(height_all_around, 0.9)
       << " | " << median(radius) << ", " << median(radius_error) << " |\n"
       << std::flush;
@@ -212,24 +213,26 @@ void print_stages(std::ostream& out, const std::vector<mapped_scan>& scans) {
 
 /// Whether the qualities and standard deviations that stems carry are what they say.
 void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans) {
-  constexpr double ellipse_95 = 2.45;  // standard deviations in plan
+  constexpr double ellipse_95 = 2.45;  // standard deviations, of two coordinates
   struct bin {
-    double most = 1, told = 0;
+    double max_quality = 1, sum = 0;
     std::size_t finds = 0, true_finds = 0;
   };
   std::vector<bin> bins;
-  for (const double most : {0.8, 0.9, 0.95, 0.98, 0.99, 1.0}) bins.push_back({.most = most});
-  std::size_t all = 0, plan = 0, height_1 = 0, height_2 = 0, radius_1 = 0, radius_2 = 0;
+  for (const double max_quality : {0.8, 0.9, 0.95, 0.98, 0.99, 1.0})
+    bins.push_back({.max_quality = max_quality});
+  std::size_t all = 0, horizontal = 0, height_1 = 0, height_2 = 0, radius_1 = 0, radius_2 = 0;
   for (const mapped_scan& s : scans) {
     for (const scored_find& f : s.decided) {
-      bin& b = *std::find_if(bins.begin(), bins.end(), [&](const bin& at) { return f.quality <= at.most; });
-      b.told += f.quality;
+      bin& b =
+          *std::find_if(bins.begin(), bins.end(), [&](const bin& at) { return f.quality <= at.max_quality; });
+      b.sum += f.quality;
       ++b.finds;
       b.true_finds += f.is_true;
     }
     for (const found_stem& f : s.true_finds) {
       ++all;
-      plan += f.horizontal_error <= ellipse_95 * f.horizontal_sigma;
+      horizontal += f.horizontal_error <= ellipse_95 * f.horizontal_sigma;
       height_1 += std::abs(f.height_error) <= f.height_sigma;
       height_2 += std::abs(f.height_error) <= 2 * f.height_sigma;
       radius_1 += std::abs(f.radius_error) <= f.radius_sigma;
@@ -239,25 +242,25 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
   out << "\n| quality up to | stems | mean quality [%] | true [%] |\n|---|---|---|---|\n"
       << std::setprecision(1);
   for (const bin& b : bins)
-    out << "| " << std::setprecision(2) << b.most << std::setprecision(1) << " | " << b.finds << " | "
-        << 100 * b.told / double(b.finds) << " | " << percent(b.true_finds, b.finds) << " |\n";
-  out << "\nOf " << all << " true finds the error in plan is within the 95 % ellipse for "
-      << percent(plan, all) << " %; in height within one standard deviation for " << percent(height_1, all)
-      << " %, two " << percent(height_2, all) << " %; of the radius " << percent(radius_1, all) << " and "
-      << percent(radius_2, all) << " %.\n";
+    out << "| " << std::setprecision(2) << b.max_quality << std::setprecision(1) << " | " << b.finds << " | "
+        << 100 * b.sum / double(b.finds) << " | " << percent(b.true_finds, b.finds) << " |\n";
+  out << "\nOf " << all << " true finds the horizontal error is within the 95 % ellipse for "
+      << percent(horizontal, all) << " %; in height within one standard deviation for "
+      << percent(height_1, all) << " %, two " << percent(height_2, all) << " %; of the radius "
+      << percent(radius_1, all) << " and " << percent(radius_2, all) << " %.\n";
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Maps the scenes of docs/scenes.md, a row for each.", "stem_mapping");
+  CLI::App app("Maps the scenes of docs/scenes.md, a row for each.", "mapping_quality");
   std::vector<std::string> names;
   for (const auto& scene : support::frozen_scenes()) names.push_back(scene.name);
   std::vector<std::uint64_t> seeds(std::begin(support::tuning_seeds), std::end(support::tuning_seeds));
   std::vector<double> angular_steps;
   std::size_t stations = 0;
   int runs = 1;
-  std::filesystem::path csv_file = "stem_mapping.csv";
+  std::filesystem::path csv_file = "mapping_quality.csv";
   support::shared_options shared;
   app.add_option("--scenes", names, "names of scenes")->delimiter(',');
   app.add_option("--seeds", seeds, "of the scenes")->delimiter(',')->capture_default_str();

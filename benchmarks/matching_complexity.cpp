@@ -32,7 +32,7 @@ struct setting {
   view_options view;
 };
 
-/// Whether no stem is laid 0.3 m, or three standard deviations of the noise, off or more.
+/// Whether every stem ends less than 0.3 m, or three standard deviations of the noise, from its true place.
 bool is_right(const match_run& run, const two_maps& maps, double noise) {
   return run.target_from_source &&
          max_error(*run.target_from_source, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
@@ -87,12 +87,12 @@ void print(std::string_view matcher, const setting& s, summary& all) {
 /// that are distinct and those of the index.
 void print_triangle_counts(const std::vector<std::string>& layouts, const std::vector<std::size_t>& sizes,
                            int threads) {
-  constexpr std::size_t most = 100000;
+  constexpr std::size_t max_stems = 100000;
   std::cout
       << "| layout | stems N_l | N_e | N_K | built, distinct | of the index |\n|---|---|---|---|---|---|\n";
   for (const std::string& layout : layouts)
     for (const std::size_t size : sizes) {
-      if (size > most) continue;
+      if (size > max_stems) continue;
       random_source random(size);
       const auto maps = overlapping_maps(layout, size, 1, {}, random);
       const position_set stems = import_positions(maps.source, Eigen::Vector3d::UnitZ(), "stems");
@@ -182,7 +182,7 @@ int main(int argc, char** argv) {
   app.add_option("--repetitions", repetitions, "random pairs of maps of each kind")->capture_default_str();
   app.add_option("--prepared", prepared_plot,
                  "match plots of so many stems against a prepared map, and time that alone");
-  app.add_flag("--triangle-counts", triangle_counts, "only tell how many triangles there are");
+  app.add_flag("--triangle-counts", triangle_counts, "only print the number of triangles");
   app.add_option("--threads", threads, "number of threads; 0: all")->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each pair of maps")->capture_default_str();
 

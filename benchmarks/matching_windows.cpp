@@ -1,5 +1,5 @@
 // Windows cut from real stem maps, two at a time, that share half of their trees or fewer: how often are they
-// laid on each other, by the number of stems that both show?
+// registered rightly, by the number of stems that both show?
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
@@ -44,8 +44,8 @@ window cut_window(const positions& map, const Eigen::Vector3d& center, std::size
   return w;
 }
 
-/// What a survey makes of a window: stems dropped, moved by noise, and false ones added at any place in it.
-/// `seen` receives the trees that are left.
+/// What a survey makes of a window: stems dropped, displaced by noise, and false ones added at any place in
+/// it. `seen` receives the trees that are left.
 positions survey(const positions& map, const window& w, const view_options& view, random_source& random,
                  std::set<std::size_t>& seen) {
   positions stems;
@@ -91,7 +91,8 @@ window_pair cut_pair(const positions& map, std::size_t trees, const view_options
   return pair;
 }
 
-/// Whether the stems are laid less than 0.3 m, or three standard deviations of the noise, off on average.
+/// Whether the stems end, on average, less than 0.3 m, or three standard deviations of the noise, from their
+/// true places.
 bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, double noise) {
   return mean_error(transform, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
 }
@@ -132,7 +133,7 @@ void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Lays windows of real stem maps on each other. By stems that both show: pairs, then the share "
+      "Registers windows of real stem maps with each other. By stems that both show: pairs, then the share "
       "[%] whose best hypothesis is right, the share registered rightly, and the number registered wrongly.",
       "matching_windows");
   std::vector<std::filesystem::path> files;

@@ -96,7 +96,8 @@ std::size_t count_cylinders(const cloud::Ptr& points, const normals::Ptr& around
   return stems;
 }
 
-/// The values are those of the paper; link distance and least size of clusters, which it does not give, ours.
+/// The values are those of the paper; link distance and minimum size of clusters, which it does not give,
+/// ours.
 stage_times stages_of_pcl(const local_points& understory, int threads) {
   constexpr float voxel = 0.01f, radius = 0.10f, threshold = 0.9f, link = 0.05f;
   stage_times times;

@@ -20,7 +20,7 @@ inline void reset_peak_memory() {
 }
 
 /// [MB] resident at most since the last reset, what the process held already included; not a number where
-/// the system does not tell.
+/// the system has no such number.
 inline double peak_memory() {
   std::ifstream status("/proc/self/status");
   for (std::string line; std::getline(status, line);)

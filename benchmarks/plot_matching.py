@@ -5,7 +5,7 @@ plot_matching.py time    complexity.csv ... -o time.svg     median time against 
 plot_matching.py memory  complexity.csv ... -o memory.svg   peak memory against stems
 plot_matching.py success complexity.csv ... -x overlap -o success.svg   share registered rightly against a column
 plot_matching.py curve   windows.csv ...    -o curve.svg    the same against stems that both windows show
-plot_matching.py calibration verdicts.csv -o calibration.svg    share that is right against the probability that was told
+plot_matching.py calibration decisions.csv -o calibration.svg    share that is right against the probability that was reported
 """
 import argparse
 import csv
@@ -59,7 +59,7 @@ def plot_success(arguments):
 
 
 def plot_curve(arguments):
-    least = 20  # pairs behind a point of the curve
+    min_pairs = 20  # pairs behind a point of the curve
     counts = defaultdict(lambda: [0, 0])
     for name, row in rows_of(arguments.files):
         count = counts[name, row["trees"], float(row["noise"]), int(row["common"])]
@@ -71,7 +71,7 @@ def plot_curve(arguments):
     figure, axes = pyplot.subplots(1, len(noises), sharey=True, squeeze=False, figsize=(5 * len(noises), 4.5))
     for ax, noise in zip(axes[0], noises):
         for name, trees in sorted({key[:2] for key in counts}):
-            xs = sorted(key[3] for key, count in counts.items() if key[:3] == (name, trees, noise) and count[0] >= least)
+            xs = sorted(key[3] for key, count in counts.items() if key[:3] == (name, trees, noise) and count[0] >= min_pairs)
             ys = [100 * counts[name, trees, noise, x][1] / counts[name, trees, noise, x][0] for x in xs]
             ax.plot(xs, ys, marker=".", color=f"C{names.index(name)}", linestyle=["-", "--", ":"][sizes.index(trees) % 3],
                     label=f"{name}, {trees} trees")
@@ -85,13 +85,13 @@ def plot_curve(arguments):
 def plot_calibration(arguments):
     bins = 20
     pairs = sorted((float(row["probability"]), row["best_right"] == "1") for _, row in rows_of(arguments.files) if row["suite"] == "calibration")
-    told, was = [], []
+    reported, was = [], []
     for b in range(bins):
         own = pairs[b * len(pairs) // bins:(b + 1) * len(pairs) // bins]
-        told.append(statistics.mean(p for p, _ in own))
+        reported.append(statistics.mean(p for p, _ in own))
         was.append(statistics.mean(right for _, right in own))
-    pyplot.plot([0, 1], [0, 1], color="gray", linewidth=1, label="as told")
-    pyplot.plot(told, was, marker="o", label=f"bins of {len(pairs) // bins} pairs")
+    pyplot.plot([0, 1], [0, 1], color="gray", linewidth=1, label="calibrated")
+    pyplot.plot(reported, was, marker="o", label=f"bins of {len(pairs) // bins} pairs")
     pyplot.xlabel("probability that the best hypothesis is right")
     pyplot.ylabel("share that is right")
 

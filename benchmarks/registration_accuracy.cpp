@@ -1,5 +1,5 @@
 // Registers the simulated scenes as `register_plot --all-pairs` does, and compares everything with the truth:
-// stem maps by precision and recall, pairs by right, wrong and refused, motions by e_p, e_R and e_t.
+// stem maps by precision and recall, pairs by right, wrong and refused, transforms by e_p, e_R and e_t.
 #include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint32_t min_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
 
-/// What one scan is judged by, once its points are gone.
+/// What is kept of a scan once its points are gone.
 struct mapped_scan {
   stem_map map;
   double seconds = 0;  // of mapping
@@ -70,7 +70,7 @@ struct registered_pair {
   std::optional<registration_error> coarse, fine;  // of the best hypothesis; after ICP, where it ran
   double matching_seconds = 0, icp_seconds = 0;
 
-  /// Of the motion that was returned.
+  /// Of the transform that was returned.
   const std::optional<registration_error>& returned() const { return fine ? fine : coarse; }
   bool right() const { return outcome == outcome::registered && returned()->success(); }
   bool wrong() const { return outcome == outcome::registered && !returned()->success(); }
@@ -121,8 +121,8 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
   const std::size_t around = scans.size() - 1;  // stations around the first
   for (std::size_t target = 0; target < scans.size(); ++target)
     for (std::size_t source = target + 1; source < scans.size(); ++source) {
-      // As in [GM] 5.2.2 the scans are laid on the middle one for good; the other pairs tell how robust that
-      // is.
+      // As in [GM] 5.2.2 the scans are registered with the middle one for good; the other pairs show how
+      // robust that is.
       registration_options for_pair = registering;
       if (target != 0) for_pair.icp.metric = icp_metric::none;
       registered_pair pair = register_pair(scans[source], scans[target], for_pair, exec.threads);
@@ -174,7 +174,8 @@ map_score sum_of(const std::vector<map_score>& scores) {
 }
 
 constexpr const char* table_head =
-    "| scene | seeds | precision | recall | F1 [%] | plan, height error [cm] | pairs right, wrong, refused | "
+    "| scene | seeds | precision | recall | F1 [%] | horizontal, height error [cm] | pairs right, wrong, "
+    "refused | "
     "neighbours right | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] | e_t [cm] | seconds: mapping a scan, "
     "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
@@ -211,7 +212,7 @@ void print_row(std::ostream& out, const std::string& name, const std::string& se
 int main(int argc, char** argv) {
   CLI::App app(
       "Registers the scenes of docs/scenes.md and prints a row for each. Coarse e_p over all pairs that are "
-      "right, fine ones over the scans laid on the middle one; medians.",
+      "right, fine ones over the scans registered with the middle one; medians.",
       "registration_accuracy");
   std::vector<std::string> names;
   for (const auto& scene : support::frozen_scenes()) names.push_back(scene.name);
@@ -224,7 +225,7 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds, "of the scenes")->delimiter(',')->capture_default_str();
   app.add_option("--pairs", pairs_file, "CSV with a line for each pair")->capture_default_str();
   app.add_option("--angular-step", angular_step, "instead of the scenes' own [deg]");
-  app.add_flag("--unweighted", unweighted, "match without heeding how sure the stems' places are");
+  app.add_flag("--unweighted", unweighted, "ignore position_sigma");
   shared.add_matching_to(app);
   shared.add_icp_to(app);
   shared.add_threads_to(app);

@@ -44,11 +44,11 @@ struct relief {
 
 /// How stems of a forest stand.
 struct stand_options {
-  double jitter = 0.12;  ///< [m] standard deviation of stems in rows, in each coordinate in plan
+  double jitter = 0.12;  ///< [m] standard deviation of stems in rows, in x and in y
   relief ground = {};
 };
 
-/// Two maps of one forest and the true motion between them.
+/// Two maps of one forest and the true transform between them.
 struct two_maps {
   positions source, target;
   Eigen::Isometry3d target_from_source;
@@ -162,7 +162,7 @@ inline two_maps overlapping_maps(std::string_view layout, std::size_t stems, dou
                     random, stand.ground);
 }
 
-/// Largest distance [m] between where two motions lay the stems.
+/// Largest distance [m] between the stems under both transforms.
 inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
                         const positions& stems) {
   double largest = 0;
@@ -170,7 +170,7 @@ inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry
   return largest;
 }
 
-/// Mean distance [m] between where two motions lay the stems.
+/// Mean distance [m] between the stems under both transforms.
 inline double mean_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
                          const positions& stems) {
   double sum = 0;

@@ -1,6 +1,6 @@
 // Exhaustive search over triplets of stems, in the manner of TOA (Kelbe et al. 2016) and Fast-TOA (Tremblay
 // and Beland 2018) but without tree diameters: every triplet of one map against every one of the other with
-// like edges, each motion judged by all stems. A baseline: cost grows with the sixth power of the stems.
+// like edges, each transform scored by all stems. A baseline: cost grows with the sixth power of the stems.
 #pragma once
 
 #include <globalmatch/stem_matching.hpp>
@@ -15,7 +15,7 @@ namespace globalmatch::benchmarks {
 using namespace detail;
 
 struct triplet_match {
-  std::optional<Eigen::Isometry3d> target_from_source;  ///< the motion that lays most stems on stems
+  std::optional<Eigen::Isometry3d> target_from_source;  ///< the one with most inliers
   std::size_t source_triplets = 0, target_triplets = 0, like_pairs = 0;
 };
 
@@ -43,18 +43,18 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   triplet_match result;
   result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();
-  std::size_t most = 0;
+  std::size_t max_inliers = 0;
   const auto try_transform = [&](const std::array<correspondence, 3>& triplet) {
     const auto transform = maps.fit(triplet);
     if (!transform) return;
-    std::size_t met = 0;
+    std::size_t inliers = 0;
     for (const Eigen::Vector3d& p : source.at) {
-      bool meets = false;
-      maps.for_each_inlier(*transform * p, inlier_threshold, [&](stem_index, double) { meets = true; });
-      met += meets;
+      bool is_inlier = false;
+      maps.for_each_inlier(*transform * p, inlier_threshold, [&](stem_index, double) { is_inlier = true; });
+      inliers += is_inlier;
     }
-    if (met <= most) return;
-    most = met;
+    if (inliers <= max_inliers) return;
+    max_inliers = inliers;
     result.target_from_source = *transform;
   };
   for (const triangle& triplet : source_triplets)

@@ -1,5 +1,5 @@
-// Does the uncertainty hold? Motions of made-up pairs of stems, and how often their 95 % ellipse holds the
-// truth.
+// Is the uncertainty calibrated? Transforms of made-up pairs of stems, and how often their 95 % ellipse holds
+// the truth.
 #include <globalmatch/detail/matching/uncertainty.hpp>
 
 #include <Eigen/Cholesky>
@@ -16,7 +16,7 @@ using scenes::noisy_match;
 
 namespace {
 
-/// Whether the ellipse in plan holds where a place of the target belongs.
+/// Whether the horizontal ellipse holds the true place of a point of the target.
 bool holds(const noisy_match& match, const transform_uncertainty& u, const Eigen::Vector3d& place) {
   constexpr double quantile = 5.991;  // chi squared of two, 95 %
   const Eigen::Vector2d off = (match.error() * place - place).head<2>();
@@ -27,7 +27,7 @@ bool holds(const noisy_match& match, const transform_uncertainty& u, const Eigen
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("How often [%] the 95 % ellipse in plan holds the truth, at the centroid and 50 m away.",
+  CLI::App app("How often [%] the horizontal 95 % ellipse holds the truth, at the centroid and 50 m away.",
                "uncertainty_coverage");
   int trials = 5000;
   double noise = 0.05;

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# Sourced by examples/run.sh, tests/run.sh and .ci/run from the project's root: installs what is missing.
+# Sourced by examples/run.sh, tests/run.sh and .ci/ from the project's root: installs what is missing.
 
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(getconf _NPROCESSORS_ONLN)}
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
@@ -11,18 +11,18 @@ is_command() { command -v "$1" >/dev/null; }
 is_package() { [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
 
 # Prints the Debian packages that are missing, a tool only when its command is missing too: it may have come
-# another way. `needs` holds pairs "command:package".
+# another way. `needs` holds pairs "command:package". Arguments as those of install_missing.
 missing_packages() {
   local needs=(cmake:cmake ninja:ninja-build git:git c++:g++) need package
   if [ "${1:-}" = clang ]; then needs+=(g++:g++ clang++:clang); fi
   for need in "${needs[@]}"; do is_command "${need%%:*}" || echo "${need##*:}"; done
   if ! is_command apt-get; then return; fi # CMake finds or fetches the libraries
-  for package in "${libraries[@]}" "${optional[@]}"; do is_package "$package" || echo "$package"; done
-  if [ "${1:-}" = clang ]; then is_package libomp-dev || echo libomp-dev; fi
+  if [ "${1:-}" = clang ]; then shift; fi
+  for package in "${libraries[@]}" "${optional[@]}" "$@"; do is_package "$package" || echo "$package"; done
 }
 
-# install_missing [clang]: what the build needs, and the second compiler if asked for. Stops with status 2
-# where it cannot.
+# install_missing [clang] [PACKAGE...]: what the build needs, the second compiler and further Debian packages if
+# asked for. Stops with status 2 where it cannot.
 install_missing() {
   local missing as_root=()
   mapfile -t missing < <(missing_packages "$@" | sort -u)

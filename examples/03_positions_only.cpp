@@ -7,13 +7,13 @@
 #include <vector>
 
 struct tree {
-  double x, y;  // no heights: distances are compared in plan
+  double x, y;  // no heights: distances are horizontal
 };
 
 int main() {
   const std::vector<tree> survey = {{0.0, 0.0}, {3.1, 0.7}, {6.4, -0.5}, {1.2, 4.0}, {4.8, 3.6},
                                     {8.0, 3.1}, {2.2, 7.5}, {6.1, 7.9},  {9.3, 6.8}, {-2.0, 3.3}};
-  // The same trees seen from elsewhere: turned by 40 degrees and shifted; two are missing, one is new.
+  // The same trees seen from elsewhere: rotated by 40 degrees and shifted; two are missing, one is new.
   const Eigen::Isometry2d truth = Eigen::Translation2d(120, -45) * Eigen::Rotation2Dd(0.698);
   std::vector<tree> map;
   for (std::size_t i = 0; i < survey.size() - 2; ++i) {

@@ -1,69 +1,57 @@
-// Step by step: every box of the paper's pipeline figure called alone, with what it leaves.
+// Step by step: the boxes of the paper's pipeline figure, each called alone, with what it leaves.
 #include <globalmatch/globalmatch.hpp>
 
 #include "support/scan_files.hpp"
 
 #include <iostream>
+#include <vector>
 
 using namespace globalmatch;
-
-namespace {
-
-/// Section 3.1: from a scan to stem positions.
-std::vector<stem> map_by_steps(const std::vector<Eigen::Vector3d>& scan) {
-  const ground_model ground = model_ground(scan);
-  local_points understory = select_understory(scan, ground.terrain);
-  std::cout << scan.size() << " points, " << understory.size() << " in the understory";
-
-  const cell_columns cells = sort_into_cells(std::move(understory), 0.05);  // [m]
-  const std::vector<cell_surface> surfaces = estimate_surfaces(cells);
-  const point_clusters clusters = cluster_cells(cells, surfaces, {}, 15);
-  std::cout << " in " << cells.cells() << " cells, " << clusters.members.size() << " on vertical surfaces";
-
-  const stem_cylinders cylinders = find_stem_cylinders(cells, clusters);
-  const auto stems =
-      merge_fragments(cylinders, cells.points(), ground.terrain, stem_cylinder_options{}.cylinder);
-  std::cout << ", " << clusters.size() << " clusters, " << stems.size() << " stems\n";
-  return locate_stems(stems, cells.points(), ground.terrain);
-}
-
-}  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 3) {
     std::cerr << "usage: 04_step_by_step SOURCE TARGET\n";
     return 2;
   }
-  const auto source_stems = map_by_steps(support::read_scan(argv[1]));
-  const auto target_stems = map_by_steps(support::read_scan(argv[2]));
 
-  // Section 3.2: from stem positions to hypotheses.
-  constexpr double tolerance = 0.05;  // [m] epsilon
-  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  const position_set source = import_positions(source_stems, up, "source");
-  const position_set target = import_positions(target_stems, up, "target");
-  const auto source_triangles = build_triangles(source, false),
-             target_triangles = build_triangles(target, false);
-  const auto pairs = match_locally(source_triangles, target_triangles, tolerance);
-  const matching_context maps(source, target, false, degrees_of_freedom::four);
-  const null_model null(maps);
-  std::vector<hypothesis> hypotheses;
-  for (hypothesis& h : match_globally(maps, pairs, tolerance)) {
-    score_hypothesis(h, maps, null, std::span(&tolerance, 1));
-    add_distinct(std::move(h), hypotheses, maps);
+  // Section 3.1: the stems of each scan.
+  const stem_map source_map = map_stems(support::read_scan(argv[1]));
+  const stem_map target_map = map_stems(support::read_scan(argv[2]));
+  const position_set source = import_positions(source_map.stems, source_map.up, "source");
+  const position_set target = import_positions(target_map.stems, target_map.up, "target");
+  std::cout << source.size() << " and " << target.size() << " stems\n";
+
+  // Section 3.2.1: triangles of stems that are near each other.
+  const auto source_triangles = build_triangles(source, false);
+  const auto target_triangles = build_triangles(target, false);
+  std::cout << source_triangles.size() << " and " << target_triangles.size() << " triangles\n";
+
+  // Section 3.2.2, local matching: congruent triangles. Section 3.2.3, global matching: those that agree.
+  constexpr double epsilon = 0.05;  // [m]
+  const auto pairs = match_locally(source_triangles, target_triangles, epsilon);
+  const consensus_set consensus = match_globally(source, target, false, pairs, epsilon);
+  std::cout << pairs.size() << " congruent pairs, " << consensus.size << " of them agree on "
+            << consensus.correspondences.size() << " stems\n";
+
+  // Section 3.3: the transform of corresponding stems. Whether it is to be trusted, match_stems decides.
+  std::vector<Eigen::Vector3d> source_points, target_points;
+  for (const auto& [s, t] : consensus.correspondences) {
+    source_points.push_back(source_map.stems[source.original[s]].position);
+    target_points.push_back(target_map.stems[target.original[t]].position);
   }
-  rank(hypotheses);
-  std::cout << source_triangles.size() << " and " << target_triangles.size() << " triangles, " << pairs.size()
-            << " congruent pairs, " << hypotheses.size() << " hypotheses\n";
+  constexpr auto dof = degrees_of_freedom::four;  // the scans are level
+  const auto coarse = fit_transform(source_points, target_points, dof);
+  if (!coarse) {
+    std::cerr << "too few stems correspond\n";
+    return 1;
+  }
 
-  // Section 3.3: from the best hypothesis, if it is to be trusted, to the motion between the scans.
-  const decision decided = decide(hypotheses, maps);
-  std::cout << to_string(decided.outcome) << ' ' << decided.reason << '\n';
-  if (decided.outcome != outcome::registered) return 1;
-  const Eigen::Isometry3d target_from_source = target.frame.local_from_scan().inverse() *
-                                               hypotheses.front().target_from_source *
-                                               source.frame.local_from_scan();
-  std::cout << hypotheses.front().correspondences.size() << " stems matched\n"
-            << target_from_source.matrix() << '\n';
+  // Fine registration: ground to ground, stems to stems.
+  const std::vector<icp_layer> layers = {
+      {source_map.ground_samples, target_map.ground_samples},
+      {source_map.stem_samples, target_map.stem_samples, source_map.stem_normals, target_map.stem_normals}};
+  const icp_result fine = refine_by_icp(layers, *coarse, dof);
+  std::cout << "coarse\n" << coarse->matrix() << '\n';
+  if (fine.converged) std::cout << "fine\n" << fine.target_from_source.matrix() << '\n';
   return 0;
 }

@@ -18,18 +18,20 @@ esac
 
 install_missing
 configure_release
-if ! cmake --build build/release --target help | grep -q simulate_plot; then
+targets=$(cmake --build build/release --target help)
+if ! grep -q simulate_plot <<<"$targets"; then
   echo "The demo simulates its scans with Embree 3 or 4, which CMake did not find: please install it." >&2
   exit 2
 fi
-cmake --build build/release --target simulate_plot map_stems match_stems register_scans register_plot evaluate_registration
+cmake --build build/release --target \
+  simulate_plot map_stems match_stems register_scans register_plot evaluate_registration
 programs=$PWD/build/release/examples
 
 mkdir -p build/demo
 cd build/demo
 echo "Simulating two scans ..."
 "$programs/simulate_plot" . "${plot[@]}"
-echo "Registering scan_2 on scan_1 ..."
+echo "Registering scan_2 with scan_1 ..."
 "$programs/register_scans" scan_2.ply scan_1.ply \
   --out T.txt --write merged.ply --report plan.svg --json registration.json
 echo "Errors against the truth:"
@@ -37,8 +39,8 @@ echo "Errors against the truth:"
 
 cat <<TXT
 In $PWD:
-  T.txt              the motion that lays scan_2 on scan_1
-  merged.ply         both scans together, one colour each
+  T.txt              the transform from scan_2 to scan_1
+  merged.ply         both scans in the frame of scan_1, one colour each
   plan.svg           both stem maps, before and after
   registration.json  counts and times
 TXT

@@ -74,4 +74,11 @@ void require_writable(std::initializer_list<fs::path> paths) {
     if (!path.empty()) atomic_file trial(path);
 }
 
+void make_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error)
+    throw file_error(path, "the folder cannot be made: " + error.message(), "Name one that can be written");
+}
+
 }  // namespace globalmatch::support

@@ -36,4 +36,7 @@ class atomic_file {
 /// asked before long work. Leaves nothing behind.
 void require_writable(std::initializer_list<std::filesystem::path> paths);
 
+/// Makes a folder, and those that it lies in, where they are missing. Throws `file_error`.
+void make_folder(const std::filesystem::path& path);
+
 }  // namespace globalmatch::support

@@ -14,25 +14,26 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->expected(3)
       ->type_name("X,Y,Z")
       ->capture_default_str();
-  app.add_option("--vertical", vertical,
-                 "given: as --up says; stems: as most stems stand; auto: that where they stand clearly askew")
+  app.add_option(
+         "--vertical", vertical,
+         "given: as --up says; stems: mean axis of the stems; auto: that if the stems are clearly tilted")
       ->check(CLI::IsMember({"given", "stems", "auto"}))
       ->capture_default_str();
   app.add_option("--scanner", scanner, "position of the scanner; accepted, but nothing depends on it yet")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
-  app.add_option("--seed", seed, "seed of the random draws")->capture_default_str();
+  app.add_option("--seed", seed, "seed of the random numbers")->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
   app.add_flag("--normalized", normalized, "heights are above the ground already, which may be missing");
 }
 
 void shared_options::add_matching_to(CLI::App& app) {
-  app.add_option("--dof", dof, "4: turn about the vertical only, for levelled scans; 6: turn freely")
+  app.add_option("--dof", dof, "4: rotate about the vertical only, for levelled scans; 6: rotate freely")
       ->check(CLI::IsMember({4, 6}))
       ->capture_default_str();
   app.add_option("--tolerance", tolerance,
-                 "how far apart stems of one tree may lie [m]; found from the stems if not given")
+                 "inlier threshold [m]: corresponding stems are closer; estimated if not given")
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_flag("--horizontal", horizontal, "ignore the heights of the stems");

@@ -50,8 +50,8 @@ struct shared_options {
 };
 
 /// Parses the command line and runs `body`, which returns an exit status. Wrong usage, unreadable input and
-/// unwritable output (`CLI::ParseError`, `file_error`, `std::invalid_argument`) are told on standard error
-/// and end in status 2.
+/// unwritable output (`CLI::ParseError`, `file_error`, `std::invalid_argument`) are reported on standard
+/// error and end in status 2.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 }  // namespace globalmatch::support

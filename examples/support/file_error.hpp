@@ -1,4 +1,4 @@
-// What goes wrong with a file, told so that the reader of the message can mend it.
+// What is wrong with a file, where, and what would help.
 #pragma once
 
 #include <filesystem>

@@ -19,9 +19,9 @@ namespace globalmatch::support {
 namespace {
 
 using horizontal_points = std::vector<Eigen::Vector2d>;
-using plan_box = Eigen::AlignedBox2d;
+using box_2d = Eigen::AlignedBox2d;
 
-// Okabe and Ito's colours: told apart with any colour vision.
+// Okabe and Ito's colours, which are distinct with any colour vision.
 constexpr std::string_view target_colour = "#0072B2";
 constexpr std::string_view source_colour = "#D55E00";
 constexpr std::string_view halo_colour = "#F0E442";
@@ -65,21 +65,21 @@ void require_valid(const plan_picture& picture) {
       throw std::invalid_argument("plan_picture: matches name a stem that does not exist");
 }
 
-horizontal_points horizontal_distances(std::span<const Eigen::Vector3d> positions,
-                                       const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
-  horizontal_points plan;
-  for (const Eigen::Vector3d& p : positions) plan.push_back((transform * p).head<2>());
-  return plan;
+horizontal_points horizontal(std::span<const Eigen::Vector3d> positions,
+                             const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
+  horizontal_points points;
+  for (const Eigen::Vector3d& p : positions) points.push_back((transform * p).head<2>());
+  return points;
 }
 
-plan_box box_of(const horizontal_points& points) {
-  plan_box box;
+box_2d box_of(const horizontal_points& points) {
+  box_2d box;
   for (const Eigen::Vector2d& p : points) box.extend(p);
   return box;
 }
 
 horizontal_points recentred(horizontal_points points) {
-  const plan_box box = box_of(points);
+  const box_2d box = box_of(points);
   for (Eigen::Vector2d& p : points) p -= box.center();
   return points;
 }
@@ -100,7 +100,7 @@ double radius_factor(std::vector<double> radii, double px_per_metre, double usua
   return std::max(1.0, std::round(usual_px / (*median * px_per_metre)));
 }
 
-page_scale scale_for(const plan_box& left, const plan_box& right, const plan_picture& picture) {
+page_scale scale_for(const box_2d& left, const box_2d& right, const plan_picture& picture) {
   constexpr double min_extent = 2;  // [m] keeps a map of one stem drawable
   const Eigen::Vector2d extent = left.sizes().cwiseMax(right.sizes()).cwiseMax(min_extent);
   const double room = panel_width - 2 * panel_padding;
@@ -119,16 +119,16 @@ std::string rounded(double value) {
   return text.str();
 }
 
-// Lays metres into one panel; y of the plan goes up, y of the page down.
+// From metres to a panel; y of the map goes up, y of the page down.
 class panel_frame {
  public:
-  panel_frame(double left, const page_scale& scale, const Eigen::Vector2d& middle_of_plan)
+  panel_frame(double left, const page_scale& scale, const Eigen::Vector2d& map_center)
       : middle_(left + panel_width / 2, panel_top + scale.panel_height / 2),
-        plan_middle_(middle_of_plan),
+        map_center_(map_center),
         scale_(scale) {}
 
   Eigen::Vector2d place(const Eigen::Vector2d& p) const {
-    const Eigen::Vector2d offset = (p - plan_middle_) * scale_.px_per_metre;
+    const Eigen::Vector2d offset = (p - map_center_) * scale_.px_per_metre;
     return {middle_.x() + offset.x(), middle_.y() - offset.y()};
   }
 
@@ -145,14 +145,14 @@ class panel_frame {
   Eigen::Vector2d middle() const { return middle_; }
 
  private:
-  Eigen::Vector2d middle_, plan_middle_;
+  Eigen::Vector2d middle_, map_center_;
   page_scale scale_;
 };
 
-void draw_stems(std::ostream& out, const panel_frame& frame, const horizontal_points& plan,
+void draw_stems(std::ostream& out, const panel_frame& frame, const horizontal_points& points,
                 const plan_picture::map& map, const std::vector<bool>& chosen, double share = 1) {
-  for (std::size_t i = 0; i < plan.size(); ++i)
-    if (chosen[i]) draw_circle(out, frame.place(plan[i]), share * frame.radius(map, i));
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (chosen[i]) draw_circle(out, frame.place(points[i]), share * frame.radius(map, i));
 }
 
 void draw_panel(std::ostream& out, double left, const page_scale& scale, std::string_view heading) {
@@ -185,15 +185,15 @@ matched_stems matched_in(const plan_picture& picture) {
 }
 
 // The matched stems of one map filled, the others hollow.
-void draw_map(std::ostream& out, const panel_frame& frame, const horizontal_points& plan,
+void draw_map(std::ostream& out, const panel_frame& frame, const horizontal_points& points,
               const plan_picture::map& map, std::vector<bool> matched, std::string_view colour,
               double matched_share) {
   begin_filled(out, colour, frame.edge_width());
-  draw_stems(out, frame, plan, map, matched, matched_share);
+  draw_stems(out, frame, points, map, matched, matched_share);
   end_group(out);
   matched.flip();
   begin_hollow(out, colour, frame.line_width());
-  draw_stems(out, frame, plan, map, matched);
+  draw_stems(out, frame, points, map, matched);
   end_group(out);
 }
 
@@ -215,10 +215,9 @@ void draw_match_lines(std::ostream& out, const panel_frame& frame, const plan_pi
   end_group(out);
 }
 
-void draw_laid_on_target(std::ostream& out, const plan_picture& picture, const page_scale& scale,
-                         const horizontal_points& source, const horizontal_points& target,
-                         const plan_box& box) {
-  draw_panel(out, right_panel, scale, "After matching: source laid on target");
+void draw_registered(std::ostream& out, const plan_picture& picture, const page_scale& scale,
+                     const horizontal_points& source, const horizontal_points& target, const box_2d& box) {
+  draw_panel(out, right_panel, scale, "After matching: both in the frame of the target");
   const panel_frame frame(right_panel, scale, box.center());
   if (!picture.target_from_source) {
     draw_text(out, frame.middle().x(), frame.middle().y(), "No registration to show",
@@ -314,13 +313,13 @@ std::string note_on_sizes(const page_scale& scale, const plan_picture& picture) 
 
 void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture) {
   require_valid(picture);
-  const horizontal_points target = horizontal_distances(picture.target.positions);
-  const horizontal_points source = horizontal_distances(picture.source.positions);
-  const horizontal_points transformed_source = horizontal_distances(
+  const horizontal_points target = horizontal(picture.target.positions);
+  const horizontal_points source = horizontal(picture.source.positions);
+  const horizontal_points transformed_source = horizontal(
       picture.source.positions, picture.target_from_source.value_or(Eigen::Isometry3d::Identity()));
   const horizontal_points left_target = recentred(target), left_source = recentred(source);
-  const plan_box left_box = box_of(left_target).merged(box_of(left_source));
-  plan_box right_box = box_of(target);
+  const box_2d left_box = box_of(left_target).merged(box_of(left_source));
+  box_2d right_box = box_of(target);
   if (picture.target_from_source) right_box.extend(box_of(transformed_source));
 
   const page_scale scale = scale_for(left_box, right_box, picture);
@@ -338,7 +337,7 @@ void write_plan_picture(const std::filesystem::path& path, const plan_picture& p
       << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
   draw_text(out, margin, 36, picture.title, {.size = 20, .colour = ink, .weight = "bold"});
   draw_as_they_came(out, picture, scale, left_source, left_target);
-  draw_laid_on_target(out, picture, scale, transformed_source, target, right_box);
+  draw_registered(out, picture, scale, transformed_source, target, right_box);
   draw_scale_bar(out, left_panel, bar_y, scale);
   draw_text(out, page_width - margin, bar_y + 5, "x to the right, y up; " + note_on_sizes(scale, picture),
             {.size = 13, .colour = pale_ink, .anchor = "end"});

@@ -1,4 +1,4 @@
-// A plan of two stem maps before and after matching, as an SVG picture.
+// A drawing of two stem maps before and after matching, seen from above (SVG).
 #pragma once
 
 #include <Eigen/Geometry>
@@ -32,8 +32,8 @@ struct plan_picture {
 };
 
 /// Draws two panels at one scale. Left: each map in its own frame, its middle moved to the panel's. Right:
-/// the source laid on the target; matched stems are filled, source in target, joined by a line and in a
-/// yellow halo; all others are hollow. Throws `file_error` when the file cannot be written, and
+/// the source in the frame of the target; matched stems are filled, source in target, joined by a line and in
+/// a yellow halo; all others are hollow. Throws `file_error` when the file cannot be written, and
 /// `std::invalid_argument` when positions are not finite, radii are neither none nor one for each stem, or a
 /// match names no stem.
 void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture);

@@ -8,6 +8,7 @@
 #include "support/transform_files.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <iomanip>
 #include <iostream>
 #include <numbers>
@@ -58,11 +59,25 @@ json stage_clock::stages() {
 
 namespace {
 
+/// [rad]
+double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+  return std::atan2(a.cross(b).norm(), a.dot(b));
+}
+
+/// The smallest rotation that makes `up` z.
+Eigen::Matrix3d levelling(const Eigen::Vector3d& up) {
+  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
 json as_json(const std::vector<funnel_step>& steps) {
   json table = json::array();
   for (const funnel_step& s : steps)
-    table.push_back(
-        {{"step", s.step}, {"of", s.of}, {"in", s.in}, {"what", s.what}, {"out", s.out}, {"rest", s.rest}});
+    table.push_back({{"step", s.step},
+                     {"input", s.of},
+                     {"input_count", s.in},
+                     {"output", s.what},
+                     {"output_count", s.out},
+                     {"dropped_because", s.rest}});
   return table;
 }
 
@@ -115,7 +130,7 @@ json describe(const stem_map& map) {
     const double degrees = 180 / std::numbers::pi;
     return {{"up", row_by_row(Eigen::MatrixXd(map.upright->up))},
             {"sigma_deg", degrees * map.upright->sigma},
-            {"off_deg", degrees * detail::angle_between(map.upright->up, map.given_up)},
+            {"tilt_deg", degrees * angle_between(map.upright->up, map.given_up)},
             {"tilted", is_tilted(map)}};
   };
   return {{"points", map.funnel.ground.points},
@@ -177,7 +192,7 @@ void write_report_picture(const std::filesystem::path& path, const stem_map& sou
   const stem_map* maps[2] = {&source, &target};
   for (int k = 0; k < 2; ++k)
     for (const stem& s : maps[k]->stems) {
-      positions[k].push_back(detail::levelling_rotation(maps[k]->up) * s.position);
+      positions[k].push_back(levelling(maps[k]->up) * s.position);
       radii[k].push_back(s.radius);
     }
   std::vector<std::pair<stem_index, stem_index>> matches;
@@ -186,8 +201,8 @@ void write_report_picture(const std::filesystem::path& path, const stem_map& sou
     // The picture looks down on levelled frames.
     Eigen::Isometry3d source_level = Eigen::Isometry3d::Identity(),
                       target_level = Eigen::Isometry3d::Identity();
-    source_level.linear() = detail::levelling_rotation(source.up);
-    target_level.linear() = detail::levelling_rotation(target.up);
+    source_level.linear() = levelling(source.up);
+    target_level.linear() = levelling(target.up);
     picture.target_from_source = target_level * *result.target_from_source * source_level.inverse();
     for (const correspondence& c : result.matching.hypotheses.front().correspondences)
       matches.emplace_back(c.source, c.target);
@@ -206,11 +221,11 @@ std::string summary(const matching& result) {
     line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
          << result.funnel.target_stems << " stems matched";
   if (result.uncertainty)
-    line << std::setprecision(2) << ", by the stems alone good to "
+    line << std::setprecision(2) << ", standard error by the stems alone "
          << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
-  if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source::stems)
+  if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source{})
     line << "; " << to_string(result.hypotheses.front().evidence)
-         << " in the rows told it from their other places";
+         << " in the plantation resolved the ambiguity";
   return line.str();
 }
 

@@ -1,4 +1,4 @@
-// What the example programs tell about a run: JSON files, times by stage, the plan picture.
+// What the example programs report of a run: JSON files, times by stage, the drawing.
 #pragma once
 
 #include <globalmatch/execution.hpp>
@@ -50,21 +50,21 @@ class stage_clock {
 /// Points, stems and the funnel between them.
 nlohmann::ordered_json describe(const stem_map& map);
 
-/// Warns on standard error when the stems of a scan stand askew.
+/// Warns on standard error when the stems of a scan are clearly tilted.
 void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan);
 
-/// Outcome, reason, motion, matches and ranked hypotheses.
+/// Outcome, reason, transform, matches and ranked hypotheses.
 nlohmann::ordered_json describe(const matching& result,
                                 const std::optional<Eigen::Isometry3d>& target_from_source);
 
 /// Writes nothing when `path` is empty. Throws `file_error`.
 void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& report);
 
-/// Writes the motion, or when there is none removes what an earlier run left there. Throws `file_error`.
+/// Writes the transform, or when there is none removes what an earlier run left there. Throws `file_error`.
 void write_or_remove_transform(const std::filesystem::path& path,
                                const std::optional<Eigen::Isometry3d>& target_from_source);
 
-/// Draws both maps before and after, with the best hypothesis' correspondences. Throws `file_error`.
+/// Draws both maps before and after, with the correspondences of the best hypothesis. Throws `file_error`.
 void write_report_picture(const std::filesystem::path& path, const stem_map& source, const stem_map& target,
                           const registration& result, std::string_view title);
 

@@ -1,4 +1,4 @@
-// Rigid motions as text: four lines of four numbers, the last 0 0 0 1.
+// Rigid transforms as text: four lines of four numbers, the last 0 0 0 1.
 #pragma once
 
 #include <Eigen/Geometry>

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/mapping/funnel.hpp"
 #include "globalmatch/detail/matching/decision.hpp"
@@ -92,19 +93,19 @@ inline std::string describe_tilted_maps(const stem_map& source, const stem_map& 
 
 /// Near the terrain's, with the vertical of the map.
 inline detail::local_frame levelled_frame(const stem_map& map) {
-  return {map.terrain.frame.origin, detail::levelling_rotation(map.up)};
+  return {map.terrain.frame.origin, detail::levelling_rotation(from_eigen(map.up))};
 }
 inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points,
                                              const detail::local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) local.push_back(frame.to_local(p));
+  for (const Eigen::Vector3d& p : points) local.push_back(to_eigen(frame.to_local(from_eigen(p))));
   return local;
 }
 inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map, const detail::local_frame& frame) {
   std::vector<Eigen::Vector3d> local;
   local.reserve(map.stem_normals.size());
-  for (const Eigen::Vector3d& n : map.stem_normals) local.push_back(frame.local_from_scan_rotation * n);
+  for (const Eigen::Vector3d& n : map.stem_normals) local.push_back(to_eigen(frame.rotation * from_eigen(n)));
   return local;
 }
 
@@ -122,7 +123,8 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
     layers.back().source_normals = levelled_normals(source, from);
     layers.back().target_normals = levelled_normals(target, to);
   }
-  const Eigen::Isometry3d source_local = from.local_from_scan(), target_local = to.local_from_scan();
+  const Eigen::Isometry3d source_local = to_eigen(from.local_from_scan()),
+                          target_local = to_eigen(to.local_from_scan());
   if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
   icp_result result =
       refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, exec);

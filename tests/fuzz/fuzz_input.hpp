@@ -70,10 +70,11 @@ class byte_source {
     return {x, y, z};
   }
 
-  /// At most `most` positions, as many as the next byte says and the bytes are enough for.
-  std::vector<Eigen::Vector3d> positions(std::size_t most) {
+  /// At most `max_count` positions, as many as the next byte says and the bytes are enough for.
+  std::vector<Eigen::Vector3d> positions(std::size_t max_count) {
     std::vector<Eigen::Vector3d> all;
-    for (std::size_t count = std::size_t(take<std::uint8_t>()) % (most + 1); count > 0 && !empty(); --count)
+    for (std::size_t count = std::size_t(take<std::uint8_t>()) % (max_count + 1); count > 0 && !empty();
+         --count)
       all.push_back(position());
     return all;
   }

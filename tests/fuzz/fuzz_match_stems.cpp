@@ -9,7 +9,7 @@ using namespace globalmatch;
 
 namespace {
 
-/// The other map: parts of the first one, moved, among other stems.
+/// The other map: parts of the first one, transformed, among other stems.
 std::vector<Eigen::Vector3d> second_map(const std::vector<Eigen::Vector3d>& first, fuzz::byte_source& bytes) {
   const double yaw = bytes.take<std::uint16_t>() / 1000.0;
   const Eigen::Isometry3d transform =
@@ -28,7 +28,7 @@ void require_coherent(const matching& m, std::size_t sources, std::size_t target
   fuzz::require((m.outcome == outcome::registered) == m.reason.empty(), "a reason, or none");
   fuzz::require(m.probability >= 0 && m.probability <= 1, "the probability is one");
   for (const hypothesis& h : m.hypotheses) {
-    fuzz::require(h.target_from_source.matrix().allFinite(), "motions are finite");
+    fuzz::require(h.target_from_source.matrix().allFinite(), "transforms are finite");
     std::vector<bool> source_taken(sources), target_taken(targets);
     for (const correspondence& c : h.correspondences) {
       fuzz::require(c.source < sources && c.target < targets, "pairs name stems");

@@ -1,4 +1,4 @@
-// Files of any content: points, a table, a motion, or a `file_error`.
+// Files of any content: points, a table, a transform, or a `file_error`.
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -29,7 +29,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         fuzz::require(std::isfinite(s.x + s.y + s.z), "positions that were read are finite");
     } else {
       const Eigen::Isometry3d transform = support::read_transform(file);
-      fuzz::require(std::abs(transform.linear().determinant() - 1) < 1e-3, "a motion that was read is rigid");
+      fuzz::require(std::abs(transform.linear().determinant() - 1) < 1e-3,
+                    "a transform that was read is rigid");
     }
   } catch (const support::file_error&) {
     // which names the file, what is wrong and what would help

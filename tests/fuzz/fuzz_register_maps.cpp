@@ -1,4 +1,4 @@
-// Stem maps with samples of any kind, registered: a motion that is finite, or a reason.
+// Stem maps with samples of any kind, registered: a transform that is finite, or a reason.
 #include <optional>
 #include <stdexcept>
 
@@ -50,6 +50,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::require((r.outcome == outcome::registered) == r.target_from_source.has_value(),
                 "a transform, or none");
   fuzz::require((r.outcome == outcome::registered) == r.reason.empty(), "a reason, or none");
-  if (r.target_from_source) fuzz::require(r.target_from_source->matrix().allFinite(), "the motion is finite");
+  if (r.target_from_source)
+    fuzz::require(r.target_from_source->matrix().allFinite(), "the transform is finite");
   return 0;
 }

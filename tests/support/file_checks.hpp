@@ -46,7 +46,7 @@ std::string error_of(const Read& read) {
   return {};
 }
 
-/// Reading the file must fail with an error that names it, tells the problem, and then a remedy.
+/// Reading the file must fail with an error that names it, the problem, and then a remedy.
 template <class Read>
 void require_error(const std::filesystem::path& path, const Read& read, const std::string& problem,
                    const std::string& remedy) {

@@ -31,7 +31,7 @@ TEST_CASE("a transform may have nine digits, tabs, CRLF and blank lines") {
   CHECK(read_transform(path).translation() == Eigen::Vector3d(-49.983712491, -55.622604926, -1.9));
 }
 
-TEST_CASE("what is no rigid motion is refused with the reason") {
+TEST_CASE("what is no rigid transform is refused with the reason") {
   const temporary_directory directory;
   const auto require = [&](const std::string& text, const std::string& problem, const std::string& remedy) {
     require_error(directory.file("T.txt", text), read_transform, problem, remedy);
@@ -48,7 +48,7 @@ TEST_CASE("what is no rigid motion is refused with the reason") {
   require("1 0 0 0\n0 1 0 0\n0 0 -1 0\n0 0 0 1\n", "reflection", "signs");
 }
 
-TEST_CASE("the true transforms of the real scans are rigid motions") {
+TEST_CASE("the true transforms of the real scans are rigid") {
   const std::filesystem::path clouds = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "clouds";
   if (!std::filesystem::is_directory(clouds)) {
     WARN("skipped: the folder of real scans does not exist: " << clouds);

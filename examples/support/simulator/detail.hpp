@@ -46,7 +46,7 @@ inline Eigen::Vector2d unit_vector(double azimuth) {
 }
 
 // Compilers choose the order of operands and of arguments: for scenes to be the same everywhere no expression
-// may draw twice.
+// may use the generator twice.
 
 inline double between(double low, double high, detail::random_source& random) {
   return low + (high - low) * random.uniform();

@@ -75,7 +75,7 @@ class range_finder {
  private:
   /// A beam is as wide as a finger. Where an edge splits it, both parts are measured as one, in between.
   std::optional<double> mixed_range(const ray& r, double range, detail::random_source& random) const {
-    constexpr double apart = 0.03, resolved = 1.5;  // [m] nearer echoes are one, further ones are told apart
+    constexpr double apart = 0.03, resolved = 1.5;  // [m] nearer echoes are one, further ones are resolved
     if (random.uniform() >= options_.mixed_pixels) return {};
     const double other = caster_.first_hit(elsewhere_in_beam(r, random)).range;
     const double gap = std::abs(other - range);

@@ -189,7 +189,7 @@ const std::vector<named_scene>& frozen_scenes() {
       {"slope_28", "a steep slope", slope(28)},
       {"lean_12", "half of the stems lean more than 12 degrees", lean_12()},
       {"tilt_3", "scanners that were not levelled", tilt(3)},
-      {"tilt_8", "scanners that stood askew", tilt(8)},
+      {"tilt_8", "scanners that were clearly tilted", tilt(8)},
       {"far_30", "stations 30 m apart", far_30()},
       {"harvest_40", "40 % of the stems felled after the first scan", harvest_40()},
       {"mobile", "carried along five ways through the plot", mobile()},

@@ -24,7 +24,7 @@ struct simulation_options {
 };
 
 /// The same plot seen by a scanner that is carried through it: its ranges are noisier (2 cm), its beam is
-/// wider and reaches less far (30 m), and it passes stems more closely than one would put up a tripod.
+/// wider and its range shorter (30 m), and it passes stems more closely than one would put up a tripod.
 simulation_options with_carried_scanner(simulation_options options);
 
 /// A plot that is scanned station by station.
@@ -36,8 +36,8 @@ class simulation {
   const support::plot& plot() const { return plot_; }
   const std::vector<station>& stations() const { return stations_; }
 
-  /// Scans from `stations()[i]`. Ask for the stations in their order: the plot is prepared anew when the next
-  /// one sees it harvested. Throws as `scan_from` and `scan_along` do.
+  /// Scans from `stations()[i]`. Ask for the stations in their order: the plot is prepared again when the
+  /// next one sees it harvested. Throws as `scan_from` and `scan_along` do.
   simulated_scan scan(std::size_t i, const execution& exec = {});
 
  private:

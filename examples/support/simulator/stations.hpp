@@ -16,7 +16,7 @@ struct station_options {
   std::size_t count = 2;
   double distance = 12;         ///< [m] of all others from the first
   double scanner_height = 1.7;  ///< [m] above the ground
-  double clearance = 0.7;       ///< [m] in plan between the scanner and the nearest stem
+  double clearance = 0.7;       ///< [m] horizontal, between the scanner and the nearest stem
   double tilt = 0;              ///< [deg] of each scanner from the vertical, in a random direction
   std::uint64_t seed = 1;
 };

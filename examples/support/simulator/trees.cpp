@@ -21,7 +21,7 @@ using Eigen::Vector4d;
 
 constexpr std::size_t sides = 36;  // of a stem: a polygon 0.1 % thinner than its circle
 
-/// Radius [m] without bark: taper to the tip, flare at the foot.
+/// Radius [m] without bark: taper to the tip, flare at the base.
 double radius_at(const stem& s, double flare, double height) {
   const double taper = std::pow(std::max(0.0, (s.height - height) / (s.height - breast_height)), 0.8);
   return 0.5 * s.dbh * taper * (1 + flare * std::exp(-std::max(height, -0.2) / 0.2));

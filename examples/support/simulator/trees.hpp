@@ -20,10 +20,10 @@ struct tree_options {
   double dbh_shape = 2.5;     ///< ... and this shape ...
   double dbh_max = 0.6;       ///< [m] ... but no more than this
   double height = 16;         ///< [m] of a tree of 20 cm; thicker ones are higher
-  double lean = 2;            ///< [deg] detail::median from the vertical; no stem leans twice as much
+  double lean = 2;            ///< [deg] median from the vertical; no stem leans twice as much
   double common_lean = 0;     ///< [deg] all lean that much one way (wind, snow, a slope that creeps)
   double sweep = 0.1;         ///< [m] standard deviation of the stem's bow, half way up
-  double flare = 0.35;        ///< share by which the root flare widens the foot
+  double flare = 0.35;        ///< share by which the root flare widens the base
   double bark = 0.003;        ///< [m] standard deviation of the bark's relief
   double pairs = 0.03;        ///< share of trees with another one half a metre away
   double multi_stem = 0.03;   ///< share of trees with two or three stems from one root

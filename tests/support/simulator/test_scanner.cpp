@@ -144,7 +144,7 @@ TEST_CASE("mixed pixels lie between two surfaces that one beam hits, at edges on
   CHECK(outside_the_gap == 0);
 }
 
-TEST_CASE("surfaces further apart than a pulse is long are told apart: no mixed pixels") {
+TEST_CASE("surfaces further apart than a pulse is long are resolved: no mixed pixels") {
   const plot scene = bare_plot({cylinder(10, 0, 0.4), cylinder(23, 0, 20)});  // the gap is 3 m
   scanner_options options = level_band(perfect_scanner(0.02), 0.5);
   options.mixed_pixels = 1;

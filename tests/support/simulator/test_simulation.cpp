@@ -72,7 +72,7 @@ TEST_CASE("the station from which on the plot is harvested may be chosen") {
   CHECK(max_returns(2) == 0);
 }
 
-TEST_CASE("poses lay the scans of tilted scanners on the true ground") {
+TEST_CASE("poses bring the scans of tilted scanners to the true ground") {
   simulation_options options = small_simulation();
   options.plot = bare_options();
   options.plot.ground.slope = 10;
@@ -149,8 +149,8 @@ TEST_CASE("a carried scanner is noisier than a standing one, and sees less far")
   };
   for (const Vector3d& p : sim.scan(0).points)
     if (distance_from_way(p) > 30.2) FAIL("a point is " << distance_from_way(p) << " m away from the way");
-  const auto reach = simulation(standing).scan(0).points;
-  CHECK(std::any_of(reach.begin(), reach.end(), [](const Vector3d& p) { return p.norm() > 35; }));
+  const auto points = simulation(standing).scan(0).points;
+  CHECK(std::any_of(points.begin(), points.end(), [](const Vector3d& p) { return p.norm() > 35; }));
 }
 
 TEST_CASE("the frozen scenes have names of their own, and their options are valid") {

@@ -91,7 +91,7 @@ TEST_CASE("the axis starts at the position, leans and bows") {
   CHECK((s.axis_at(20) - Vector3d(3, 2, 23)).norm() < 1e-12);
 }
 
-TEST_CASE("a stem has its diameter at breast height, is wider at its foot and thinner above") {
+TEST_CASE("a stem has its diameter at breast height, is wider at its base and thinner above") {
   tree_options options;
   stem s;
   s.dbh = 0.3;

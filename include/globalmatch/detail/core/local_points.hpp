@@ -89,7 +89,7 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   std::size_t i = 0, skipped = 0;
   for (const auto& p : scan) {
     if (i >= std::numeric_limits<point_index>::max()) refuse_size();
-    const vec3 v = vec3::from(xyz(p));
+    const vec3 v = xyz(p);
     if (is_finite(v))
       visit(v, static_cast<point_index>(i));
     else
@@ -115,7 +115,7 @@ void read_in_chunks(const R& scan, const execution& exec, std::string_view stage
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
     return [&at, begin, end](const auto& visit) {
       for (std::size_t i = begin; i < end; ++i, ++at)
-        visit(vec3::from(xyz(*at)), static_cast<point_index>(i));
+        visit(xyz(*at), static_cast<point_index>(i));
     };
   };
   prepare((count + chunk_size - 1) / chunk_size);

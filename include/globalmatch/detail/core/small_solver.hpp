@@ -1,7 +1,6 @@
 // Normal equations of up to six unknowns, as plain loops.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -44,7 +43,8 @@ class small_solver {
       for (std::size_t j = 0; j < i; ++j) products[j] = l_(i, j) * b[j];
       b[i] -= sum_by_halves(products.data(), i);
     }
-    for (std::size_t i = 0; i < n; ++i) b[i] = over_diagonal(b[i], i);
+    for (std::size_t i = 0; i < n; ++i)
+      b[i] = std::abs(l_(i, i)) > std::numeric_limits<double>::min() ? b[i] / l_(i, i) : 0;
     for (std::size_t i = n - 1; i-- > 0;) {
       for (std::size_t j = i + 1; j < n; ++j) products[j - i - 1] = l_(j, i) * b[j];
       b[i] -= sum_by_pairs(products.data(), n - i - 1);
@@ -53,20 +53,13 @@ class small_solver {
     return b;
   }
 
-  /// With the bits that Eigen's LDLT has for a matrix on the right.
+  /// Has the bits of Eigen's solution for the identity, which takes rows four at a time.
   small_matrix inverse() const {
-    const std::size_t n = l_.size;
     small_matrix result;
-    result.size = n;
-    for (std::size_t c = 0; c < n; ++c) {
-      small_vector x{};
-      x[c] = 1;
-      for (std::size_t k = 0; k < n; ++k) std::swap(x[k], x[swaps_[k]]);
-      solve_lower_by_panels(x);
-      for (std::size_t i = 0; i < n; ++i) x[i] = over_diagonal(x[i], i);
-      solve_upper_by_panels(x);
-      for (std::size_t k = n; k-- > 0;) std::swap(x[k], x[swaps_[k]]);
-      for (std::size_t r = 0; r < n; ++r) result(r, c) = x[r];
+    result.size = l_.size;
+    for (std::size_t c = 0; c < l_.size; ++c) {
+      const small_vector column = solve_in_panels(c);
+      for (std::size_t r = 0; r < l_.size; ++r) result(r, c) = column[r];
     }
     return result;
   }
@@ -76,33 +69,37 @@ class small_solver {
   std::array<std::size_t, 6> swaps_{};
   bool succeeded_ = true;
 
-  double over_diagonal(double x, std::size_t i) const {
-    return std::abs(l_(i, i)) > std::numeric_limits<double>::min() ? x / l_(i, i) : 0;
-  }
-
-  /// Triangular systems in panels of four rows, what is left of them after each panel at once.
-  static constexpr std::size_t panel = 4;
-  void solve_lower_by_panels(small_vector& x) const {
-    for (std::size_t begin = 0; begin < l_.size; begin += panel) {
-      const std::size_t end = std::min(begin + panel, l_.size);
-      for (std::size_t i = begin; i < end; ++i)
-        for (std::size_t r = i + 1; r < end; ++r) x[r] -= x[i] * l_(r, i);
-      for (std::size_t r = end; r < l_.size; ++r) {
-        double sum = 0;
-        for (std::size_t i = begin; i < end; ++i) sum += l_(r, i) * x[i];
-        x[r] -= sum;
-      }
+  /// Solves for column `c` of the identity.
+  small_vector solve_in_panels(std::size_t c) const {
+    constexpr std::size_t panel = 4;
+    const std::size_t n = l_.size;
+    small_vector b{};
+    b[c] = 1;
+    for (std::size_t k = 0; k < n; ++k) std::swap(b[k], b[swaps_[k]]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t own = i / panel * panel;  // where the rows taken together with this one begin
+      if (own > 0 && i == own)
+        for (std::size_t r = own; r < n; ++r) b[r] -= sum_of_products(r, 0, own, b);
+      for (std::size_t j = own; j < i; ++j) b[i] -= b[j] * l_(i, j);
     }
+    for (std::size_t i = 0; i < n; ++i)
+      b[i] = std::abs(l_(i, i)) > std::numeric_limits<double>::min() ? b[i] / l_(i, i) : 0;
+    const std::size_t lower = n > panel ? n - panel : 0;  // rows from here on are taken first
+    for (std::size_t i = n; i-- > lower;) b[i] -= sum_of_transposed(i, i + 1, n, b);
+    for (std::size_t i = 0; i < lower; ++i) b[i] -= sum_of_transposed(i, lower, n, b);
+    for (std::size_t i = lower; i-- > 0;) b[i] -= sum_of_transposed(i, i + 1, lower, b);
+    for (std::size_t k = n; k-- > 0;) std::swap(b[k], b[swaps_[k]]);
+    return b;
   }
-  void solve_upper_by_panels(small_vector& x) const {
-    for (std::size_t end = l_.size; end > 0; end -= std::min(end, panel)) {
-      const std::size_t begin = end - std::min(end, panel);
-      for (std::size_t r = end; r-- > 0;) {
-        double sum = 0;
-        for (std::size_t i = r < begin ? begin : r + 1; i < end; ++i) sum += l_(i, r) * x[i];
-        x[r] -= sum;
-      }
-    }
+  double sum_of_products(std::size_t row, std::size_t begin, std::size_t end, const small_vector& b) const {
+    double sum = 0;
+    for (std::size_t j = begin; j < end; ++j) sum += l_(row, j) * b[j];
+    return sum;
+  }
+  double sum_of_transposed(std::size_t row, std::size_t begin, std::size_t end, const small_vector& b) const {
+    double sum = 0;
+    for (std::size_t j = begin; j < end; ++j) sum += l_(j, row) * b[j];
+    return sum;
   }
 
   /// Two fixed orders of Eigen's: of numbers one by one, and of registers of two.

@@ -205,7 +205,7 @@ inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& til
 template <point_range R>
 std::optional<vec3> first_within_range(const R& scan) {
   for (const auto& p : scan)
-    if (const vec3 v = vec3::from(xyz(p)); tiled_minima::within_range(v)) return v;
+    if (const vec3 v = xyz(p); tiled_minima::within_range(v)) return v;
   return std::nullopt;
 }
 

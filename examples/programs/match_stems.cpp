@@ -11,13 +11,12 @@
 using namespace globalmatch;
 
 int main(int argc, char** argv) {
-  CLI::App app("Matches two stem maps and writes the motion that lays the source on the target.",
-               "match_stems");
+  CLI::App app("Matches two stem maps and writes the transform from source to target.", "match_stems");
   std::filesystem::path source_file, target_file, out;
   support::shared_options options;
   app.add_option("SOURCE", source_file, "stem map (CSV with columns x, y and, if known, z and radius or dbh)")
       ->required();
-  app.add_option("TARGET", target_file, "stem map to lay it on")->required();
+  app.add_option("TARGET", target_file, "stem map to register it with")->required();
   app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
   app.add_option("--up", options.up, "direction away from the ground in both maps")
       ->delimiter(',')

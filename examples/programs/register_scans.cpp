@@ -27,17 +27,15 @@ void write_merged(const std::filesystem::path& path, const std::vector<Eigen::Ve
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Registers two scans and writes the motion that lays the source on the target.",
-               "register_scans");
+  CLI::App app("Registers two scans and writes the transform from source to target.", "register_scans");
   std::filesystem::path source_file, target_file, out, merged, picture;
   support::shared_options options;
   app.add_option("SOURCE", source_file, "PLY, PCD, LAS or text file of points")->required();
-  app.add_option("TARGET", target_file, "scan to lay it on")->required();
+  app.add_option("TARGET", target_file, "scan to register it with")->required();
   app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
   app.add_option("--write", merged, "both scans in the target's frame (PLY), one colour each")
       ->type_name("FILE");
-  app.add_option("--report", picture, "plan picture of both stem maps before and after (SVG)")
-      ->type_name("FILE");
+  app.add_option("--report", picture, "drawing of both stem maps before and after (SVG)")->type_name("FILE");
   options.add_mapping_to(app);
   options.add_matching_to(app);
   options.add_icp_to(app);

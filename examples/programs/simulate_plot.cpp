@@ -4,82 +4,18 @@
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
-#include "support/simulator/scenes.hpp"
 #include "support/simulator/simulation.hpp"
+#include "support/simulator/simulation_options.hpp"
 #include "support/stem_files.hpp"
 #include "support/transform_files.hpp"
 
 #include <algorithm>
 #include <iostream>
-#include <map>
 #include <system_error>
 
 using namespace globalmatch;
 
 namespace {
-
-/// Options are read in this order, so a scene comes first and whatever else is given overrides it.
-void add_to(CLI::App& app, support::simulation_options& o) {
-  const auto add = [&](const char* name, auto& field, const char* meaning) {
-    return app.add_option(name, field, meaning)->capture_default_str();
-  };
-  std::vector<std::string> scenes;
-  for (const support::named_scene& scene : support::frozen_scenes()) scenes.push_back(scene.name);
-  app.add_option_function<std::string>(
-         "--scene", [&o](const std::string& name) { o = support::find_scene(name).options; },
-         "one of the frozen scenes; further options override it")
-      ->check(CLI::IsMember(scenes));
-  app.add_flag_callback(
-      "--list-scenes",
-      [] {
-        std::cout << support::scene_table();
-        throw CLI::Success();
-      },
-      "print the frozen scenes and exit");
-  app.add_flag_callback(
-         "--mobile", [&o] { o = support::with_carried_scanner(o); },
-         "carry the scanner through the plot, each station is another way; with the noise, reach and beam of "
-         "scene `mobile`, unless further options override them")
-      ->disable_flag_override();
-  add("--width", o.plot.width, "of the plot along x [m]");
-  add("--depth", o.plot.depth, "of the plot along y [m]");
-  add("--margin", o.plot.margin, "of the same forest around the plot [m]");
-  const std::map<std::string, support::arrangement> arrangements = {
-      {"random", support::arrangement::random},
-      {"clumped", support::arrangement::clumped},
-      {"rows", support::arrangement::rows}};
-  app.add_option("--layout", o.plot.layout.arrangement, "of the stems: random, clumped or rows")
-      ->transform(CLI::CheckedTransformer(arrangements))
-      ->option_text("NAME");
-  add("--density", o.plot.layout.stems_per_hectare, "stems per hectare, but for rows");
-  add("--row-spacing", o.plot.layout.row_spacing, "between rows [m]");
-  add("--tree-spacing", o.plot.layout.tree_spacing, "along rows [m]");
-  add("--row-jitter", o.plot.layout.row_jitter, "standard deviation of places in rows, along x and y [m]");
-  add("--missing", o.plot.layout.missing, "share of the places in rows that are empty");
-  add("--height", o.plot.trees.height, "of a tree of 20 cm [m]");
-  add("--lean", o.plot.trees.lean, "detail::median lean of stems [deg]");
-  add("--shrubs", o.plot.undergrowth.shrubs_per_hectare, "shrubs per hectare");
-  add("--grass", o.plot.undergrowth.blades_per_square_metre, "blades of grass per square metre");
-  add("--slope", o.plot.ground.slope, "of the ground [deg]");
-  add("--relief", o.plot.ground.relief, "of the ground's long waves [m]");
-  add("--harvest", o.plot.harvest, "share of the stems felled between scans");
-  add("--harvested-from", o.harvested_from, "number of the first station after the harvest");
-  add("--stations", o.stations.count, "number of scans");
-  add("--station-distance", o.stations.distance, "of all other stations from the first [m]");
-  add("--tilt", o.stations.tilt, "of scanners from the vertical [deg]");
-  add("--angular-step", o.scanner.angular_step, "between rays [deg]");
-  add("--noise", o.scanner.range_noise, "standard deviation of ranges [m]");
-  add("--max-range", o.scanner.max_range, "of the scanner [m]");
-  add("--seed", o.seed, "of all that is random");
-}
-
-void make_folder(const std::filesystem::path& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error)
-    throw support::file_error(path, "the folder cannot be made: " + error.message(),
-                              "Name one that can be written.");
-}
 
 std::filesystem::path scan_file(const std::filesystem::path& folder, std::size_t number) {
   return folder / ("scan_" + std::to_string(number) + ".ply");
@@ -136,16 +72,16 @@ int main(int argc, char** argv) {
   support::simulation_options options;
   support::shared_options shared;
   app.add_option("OUTDIR", out_dir, "folder for the files; made when it is missing")->required();
-  add_to(app, options);
+  support::add_simulation_options(app, options);
   shared.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
-    make_folder(out_dir);
+    support::make_folder(out_dir);
     support::require_writable({out_dir / "stems.csv", shared.json});
     support::stage_clock clock;
     const execution exec = clock.listen(shared.threads);
     support::simulation simulation(options);
-    report_progress(exec, "plot", 1);
+    exec.on_progress({"plot", 1});
 
     nlohmann::ordered_json scans = nlohmann::ordered_json::array();
     std::vector<std::vector<std::uint32_t>> returns_by_scan;
@@ -154,7 +90,7 @@ int main(int argc, char** argv) {
       const std::filesystem::path file = scan_file(out_dir, i + 1);
       support::write_ply(file, scan.points);
       support::write_transform(pose_file(out_dir, i + 1), simulation.stations()[i].plot_from_scan);
-      report_progress(exec, "write", 1);
+      exec.on_progress({"write", 1});
 
       returns_by_scan.push_back(scan.returns_per_stem);
       const auto well_seen = std::count_if(scan.returns_per_stem.begin(), scan.returns_per_stem.end(),

@@ -1,4 +1,4 @@
-// Registers the scans of a whole plot on one of them; each scan is mapped once.
+// Registers the scans of a plot with one of them; each scan is mapped once.
 #include <globalmatch/registration.hpp>
 
 #include "support/atomic_file.hpp"
@@ -18,13 +18,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Two of the scans, and the file for the motion between them.
+/// Two of the scans, and the file for the transform between them.
 struct scan_pair {
   std::size_t source, target;
   fs::path transform_file;
 };
 
-/// Every scan on the first one; with `all`, every scan on every earlier one.
+/// Every scan with the first one; with `all`, every scan with every earlier one.
 std::vector<scan_pair> pairs_of(const std::vector<fs::path>& scans, const fs::path& out_dir, bool all) {
   const auto name = [&](std::size_t i) { return scans[i].stem().string(); };
   std::vector<scan_pair> pairs;
@@ -47,27 +47,21 @@ void require_distinct_names(const std::vector<fs::path>& scans, const std::vecto
                                 "Rename a scan: the results are named by them.");
 }
 
-void make_folder(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw support::file_error(path, "the folder cannot be made", "Name one that can be written.");
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Lays every source scan on the target scan; each is mapped once.", "register_plot");
+  CLI::App app("Registers every source scan with the target scan; each is mapped once.", "register_plot");
   fs::path target_file, out_dir;
   std::vector<fs::path> scan_files;
   bool all_pairs = false;
   support::shared_options options;
-  app.add_option("TARGET", target_file, "scan to lay the others on")->required();
-  app.add_option("SOURCE", scan_files, "scans to lay on it")->required();
+  app.add_option("TARGET", target_file, "scan whose frame is that of the results")->required();
+  app.add_option("SOURCE", scan_files, "scans to register with it")->required();
   app.add_option("--out-dir", out_dir, "folder for T_<source name>.txt, one for each source")
       ->required()
       ->type_name("DIR");
   app.add_flag("--all-pairs", all_pairs,
-               "lay every source on every scan named before it, too: T_<source>_on_<target>.txt");
+               "register every source with every scan named before it, too: T_<source>_on_<target>.txt");
   options.add_mapping_to(app);
   options.add_matching_to(app);
   options.add_icp_to(app);
@@ -77,7 +71,7 @@ int main(int argc, char** argv) {
     scan_files.insert(scan_files.begin(), target_file);
     const std::vector<scan_pair> pairs = pairs_of(scan_files, out_dir, all_pairs);
     require_distinct_names(scan_files, pairs);
-    make_folder(out_dir);
+    support::make_folder(out_dir);
     support::require_writable({options.json});
     for (const scan_pair& pair : pairs) support::require_writable({pair.transform_file});
 

@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Builds the core tests for another machine with a compiler of Debian's, and runs them: aarch64 under qemu
+# (packages g++-aarch64-linux-gnu, qemu-user), Windows under wine (g++-mingw-w64-x86-64-posix, wine64).
+# usage: tests/cross/run.sh aarch64|mingw [ARGUMENT...]      arguments of the test program, e.g. the name of a test
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+source cmake/setup.sh
+
+machine=${1:-} && shift
+case "$machine" in
+  aarch64)
+    compiler=aarch64-linux-gnu-g++
+    flags=(-pthread)
+    emulator=(qemu-aarch64 -L /usr/aarch64-linux-gnu)
+    ;;
+  mingw)
+    compiler=x86_64-w64-mingw32-g++-posix
+    flags=(-static "-Wa,-mbig-obj")
+    emulator=(env WINEDEBUG=-all WINEPREFIX="$PWD/build/mingw/wine" "$(command -v wine64 || echo wine)")
+    ;;
+  *) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" >&2 && exit 2 ;;
+esac
+
+# The libraries have headers alone, which serve every machine; beside them in /usr/include lie this one's.
+folder=build/$machine
+rm -rf "$folder"
+mkdir -p "$folder/include"
+for header in eigen3/Eigen nanoflann.hpp catch2 CLI nlohmann; do
+  ln -sfn "/usr/include/$header" "$folder/include/$(basename "$header")"
+done
+
+# What needs the simulator or calls the programs is left out; reading and writing files is tested, too.
+sources=(tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
+compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -I include -I tests -I examples -isystem "$folder/include"
+  -DGLOBALMATCH_SHARED_DATA="\"$PWD/../shared/data\"")
+# shellcheck disable=SC2016
+printf '%s\0' "${sources[@]}" | xargs -0 -n 1 -P "$CMAKE_BUILD_PARALLEL_LEVEL" \
+  bash -c '"${@:2:$#-2}" -c "${@: -1}" -o "$1/$(tr / _ <<<"${@: -1}").o"' - "$folder" "${compile[@]}"
+"$compiler" "${flags[@]}" "$folder"/*.o -o "$folder/tests.exe"
+"${emulator[@]}" "$folder/tests.exe" "${@:-~[slow]}"

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# The tables of docs/architecture.md name every header, and no other; its limits of compile time are those of
+# benchmarks/compile_time.sh; lines of prose in docs/ have at most 110 columns.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/../.."
+python3 - <<'P'
+import glob, re, sys
+text, bad = open('docs/architecture.md', encoding='utf-8').read(), []
+tables = re.split(r'\n\n', text[text.index('## Headers'):text.index('## Rules')])
+named = set()
+for table in tables:
+    head = re.match(r'\| (?:`(detail/\w+)/`|public header) \|', table)
+    if not head: continue
+    folder = head[1] + '/' if head[1] else ''
+    for row in table.split('\n')[2:]:
+        named |= {folder + name + '.hpp' for name in re.findall(r'`(\w+)`', row.split('|')[1])}
+there = {p.removeprefix('include/globalmatch/') for p in glob.glob('include/globalmatch/**/*.hpp', recursive=True)}
+bad += [f'docs/architecture.md does not name {h}' for h in sorted(there - named)]
+bad += [f'docs/architecture.md names {h}, which is not there' for h in sorted(named - there)]
+limits = {m[1]: (m[2], m[3]) for m in re.finditer(r'  \| `(\w+)`.* \| ([\d.]+) \| ([\d.]+) GB', text)}
+script = open('benchmarks/compile_time.sh', encoding='utf-8').read()
+for name, (ratio, memory) in limits.items():
+    if not re.search(rf'\b{name}\b.*\) echo {re.escape(ratio)} {re.escape(memory)}', script):
+        bad.append(f'{name}: benchmarks/compile_time.sh has another limit')
+if not limits: bad.append('docs/architecture.md has no limits of compile time')
+for page in glob.glob('docs/*.md') + ['README.md', 'CONTRIBUTING.md', 'CHANGELOG.md']:
+    for number, line in enumerate(open(page, encoding='utf-8'), 1):
+        if len(line.rstrip('\n')) > 110 and not line.lstrip().startswith(('|', '!', '`', 'for (')):
+            bad.append(f'{page}:{number}: {len(line)} columns')
+print('\n'.join(bad) or 'pages agree with headers and limits')
+sys.exit(bool(bad))
+P
