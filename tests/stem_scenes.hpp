@@ -101,7 +101,7 @@ inline positions reordered(const positions& stems, const std::vector<std::size_t
 /// A set that keeps the order and the coordinates of `stems`, so that stem i means the same in two maps.
 inline position_set set_in_order(const positions& stems) {
   position_set set;
-  set.at = stems;
+  for (const Eigen::Vector3d& p : stems) set.at.push_back(detail::vec3::from(p));
   set.original.resize(stems.size());
   std::iota(set.original.begin(), set.original.end(), stem_index(0));
   return set;

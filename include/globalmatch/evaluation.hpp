@@ -2,22 +2,20 @@
 // map.
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/stem_map.hpp"
 
 namespace globalmatch {
 
-/// Errors of a motion target_from_source.
+/// Errors of a transform target_from_source.
 struct registration_error {
   double rotation = 0;     ///< [rad] e_R
   double translation = 0;  ///< [m] e_t
@@ -29,26 +27,26 @@ struct registration_error {
   bool success(double threshold = 0.5) const { return pointwise < threshold; }
 };
 
-/// Compares an estimated motion with the true one over the points of the source scan; points that are not
+/// Compares an estimated transform with the true one over the points of the source scan; points that are not
 /// finite do not count. `up` is that of the target frame. The pointwise errors are 0 when there are no
-/// points.
+/// points. Throws `std::invalid_argument` when `up` is zero or not finite.
 template <point_range R>
 registration_error evaluate_registration(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
                                          const R& source,
                                          const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
-  if (!up.allFinite() || up.norm() == 0)
+  const detail::rigid estimated = detail::from_eigen(estimate), actual = detail::from_eigen(truth);
+  const detail::vec3 given_up = detail::from_eigen(up), direction = given_up.stable_normalized();
+  if (!is_finite(given_up) || given_up.max_abs() == 0)
     throw std::invalid_argument("up must be a finite vector other than zero");
   registration_error error;
-  // For small angles the arccosine of [GM] Eq. (8) loses half the digits: the angle of the difference does
-  // not.
-  error.rotation = Eigen::AngleAxisd(truth.linear() * estimate.linear().transpose()).angle();
-  error.translation = (estimate.translation() - truth.translation()).norm();
-  const Eigen::Vector3d direction = up.normalized();
+  // The arccosine of [GM] Eq. (8) loses half the digits of small angles; the angle of the difference none.
+  error.rotation = detail::rotation_angle(actual.rotation * estimated.rotation.transpose());
+  error.translation = (estimated.translation - actual.translation).norm();
   std::size_t count = 0;
   for (const auto& p : source) {
-    const Eigen::Vector3d v = xyz(p);
-    if (!v.allFinite()) continue;
-    const Eigen::Vector3d d = estimate * v - truth * v;
+    const detail::vec3 v = xyz(p);
+    if (!is_finite(v)) continue;
+    const detail::vec3 d = estimated * v - actual * v;
     const double along = direction.dot(d);
     error.pointwise += d.norm();
     error.vertical += std::abs(along);
@@ -82,14 +80,18 @@ struct true_find {
   std::size_t find, stem;
 };
 
-/// Pairs found and true stems one to one, nearest in plan first, within `distance` [m] in plan; both in one
-/// frame whose z is up. Throws `std::invalid_argument` when `distance` is not positive.
-template <position_range Found, position_range Truth>
-std::vector<true_find> pair_finds(const Found& found, const Truth& truth, double distance = 0.25) {
+namespace detail {
+
+template <position_range R>
+std::vector<vec3> coordinates_of(const R& positions) {
+  std::vector<vec3> result;
+  for (const auto& p : positions) result.push_back(xyz(p));
+  return result;
+}
+
+inline std::vector<true_find> pair_finds(const std::vector<vec3>& finds, const std::vector<vec3>& stems,
+                                         double distance) {
   if (!(distance > 0)) throw std::invalid_argument("pair_finds: distance must be positive");
-  std::vector<Eigen::Vector3d> finds, stems;
-  for (const auto& p : found) finds.push_back(xyz(p));
-  for (const auto& p : truth) stems.push_back(xyz(p));
   struct candidate {
     double distance;
     true_find pair;
@@ -97,7 +99,7 @@ std::vector<true_find> pair_finds(const Found& found, const Truth& truth, double
   std::vector<candidate> candidates;
   for (std::size_t i = 0; i < finds.size(); ++i)
     for (std::size_t j = 0; j < stems.size(); ++j) {
-      const double d = (finds[i] - stems[j]).template head<2>().norm();
+      const double d = (finds[i] - stems[j]).xy().norm();
       if (d < distance) candidates.push_back({d, {i, j}});
     }
   std::stable_sort(candidates.begin(), candidates.end(),
@@ -112,20 +114,28 @@ std::vector<true_find> pair_finds(const Found& found, const Truth& truth, double
   return pairs;
 }
 
+}  // namespace detail
+
+/// Pairs found and true stems one to one, horizontally nearest first, within `distance` [m] horizontally;
+/// both in one frame whose z is up. Throws `std::invalid_argument` when `distance` is not positive.
+template <position_range Found, position_range Truth>
+std::vector<true_find> pair_finds(const Found& found, const Truth& truth, double distance = 0.25) {
+  return detail::pair_finds(detail::coordinates_of(found), detail::coordinates_of(truth), distance);
+}
+
 /// Scores finds, paired as `pair_finds` does. `is_required(i)` says whether true stem i should have been
 /// found: recall counts only those.
 template <position_range Found, position_range Truth, class Required>
 map_score score_map(const Found& found, const Truth& truth, double distance, const Required& is_required) {
-  std::vector<Eigen::Vector3d> finds, stems;
-  for (const auto& p : found) finds.push_back(xyz(p));
-  for (const auto& p : truth) stems.push_back(xyz(p));
+  const std::vector<detail::vec3> finds = detail::coordinates_of(found),
+                                  stems = detail::coordinates_of(truth);
   map_score score{.found = finds.size()};
   std::vector<bool> stem_found(stems.size());
-  for (const auto& [find, stem] : pair_finds(finds, stems, distance)) {
-    const Eigen::Vector3d error = finds[find] - stems[stem];
+  for (const auto& [find, stem] : detail::pair_finds(finds, stems, distance)) {
+    const detail::vec3 error = finds[find] - stems[stem];
     ++score.true_finds;
-    score.horizontal_error += error.head<2>().norm();
-    score.height_error += std::abs(error.z());
+    score.horizontal_error += error.xy().norm();
+    score.height_error += std::abs(error.z);
     stem_found[stem] = true;
   }
   if (score.true_finds > 0)

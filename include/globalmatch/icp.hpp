@@ -1,31 +1,29 @@
 // ICP, a small one ([GM] 3.3, after Besl and McKay 1992): fine registration, point to point or point to
-// plane. In: samples of both scans and a coarse motion. Out: the refined motion. Parallel over points. [GM]
-// gives no values: the options are ours. Cost: iterations times n log n.
+// plane. In: samples of both scans and a coarse transform. Out: the refined transform. Parallel over points.
+// [GM] gives no values: the options are ours. Cost: iterations times n log n.
 #pragma once
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/decompositions.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/rigid_fit.hpp"
+#include "globalmatch/detail/core/robust.hpp"
+#include "globalmatch/detail/core/small_solver.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/transform.hpp"
 
 namespace globalmatch {
 
@@ -71,195 +69,238 @@ struct icp_result {
 };
 
 namespace detail {
-/// Unit normals of the surface around each target sample.
-inline std::vector<Eigen::Vector3d> sample_normals(const std::vector<Eigen::Vector3d>& samples,
-                                                   const detail::neighbor_tree<double, 3>& tree,
-                                                   int neighbors, const execution& exec) {
-  std::vector<Eigen::Vector3d> normals(samples.size());
-  detail::parallel_chunks(exec, "icp", samples.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<detail::neighbor<double>> nearest;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Eigen::Vector3d& p = samples[i];
-      tree.nearest({p.x(), p.y(), p.z()}, std::size_t(neighbors), nearest);
-      Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-      for (const auto& n : nearest) mean += samples[n.index] / double(nearest.size());
-      Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-      for (const auto& n : nearest)
-        covariance += (samples[n.index] - mean) * (samples[n.index] - mean).transpose();
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-      solver.computeDirect(covariance);
-      normals[i] = solver.eigenvectors().col(0);
-    }
+
+/// An `icp_layer` as the internals have it.
+struct icp_samples {
+  std::vector<vec3> source, target, source_normals, target_normals;
+};
+
+/// Pairs that a fit needs at least.
+inline constexpr std::size_t min_icp_pairs = 6;
+
+/// Calls `work(i)` for all samples of a layer, in parallel; `nearest` is memory of the thread to reuse.
+template <class Work>
+void for_each_sample(std::size_t count, const execution& exec, const Work& work) {
+  parallel_chunks(exec, "icp", count, 1024, [&](std::size_t begin, std::size_t end) {
+    std::vector<neighbor<double>> nearest;
+    for (std::size_t i = begin; i < end; ++i) work(i, nearest);
   });
-  return normals;
 }
 
 /// One layer, ready for queries.
 struct icp_surface {
-  std::vector<Eigen::Vector3d> source, source_normals, target, normals;
-  bool faces;                             // the normals point outwards
-  detail::neighbor_tree<double, 3> tree;  // of the target
+  std::vector<vec3> source, source_normals, target, normals;
+  bool has_outside;               ///< the normals point outwards
+  neighbor_tree<double, 3> tree;  ///< of the target
 
-  icp_surface(icp_layer& layer, const Eigen::Vector3d& origin, const icp_options& options,
-              const execution& exec)
+  icp_surface(icp_samples&& layer, const vec3& origin, const icp_options& options, const execution& exec)
       : target(std::move(layer.target)),
-        faces(!layer.target_normals.empty()),
+        normals(std::move(layer.target_normals)),
+        has_outside(!normals.empty()),
         tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
     const std::size_t step = (layer.source.size() + options.max_points - 1) / options.max_points;
     for (std::size_t i = 0; i < layer.source.size(); i += step) {
       source.push_back(layer.source[i]);
-      if (faces) source_normals.push_back(layer.source_normals[i]);
+      if (has_outside) source_normals.push_back(layer.source_normals[i]);
     }
-    if (faces)
-      normals = std::move(layer.target_normals);
-    else if (options.metric == icp_metric::point_to_plane)
-      normals = sample_normals(target, tree, options.plane_neighbors, exec);
-    else
-      normals.resize(target.size());
+    if (has_outside) return;
+    normals.resize(target.size());
+    if (options.metric == icp_metric::point_to_plane)
+      for_each_sample(target.size(), exec, [&](std::size_t i, std::vector<neighbor<double>>& nearest) {
+        tree.nearest({target[i].x, target[i].y, target[i].z}, std::size_t(options.plane_neighbors), nearest);
+        normals[i] = normal_of(nearest);
+      });
+  }
+
+ private:
+  /// Unit normal of the plane through some target samples.
+  vec3 normal_of(const std::vector<neighbor<double>>& samples) const {
+    vec3 mean;
+    for (const auto& n : samples) mean += target[n.index] / double(samples.size());
+    mat3 covariance;
+    for (const auto& n : samples) covariance += outer(target[n.index] - mean, target[n.index] - mean);
+    return symmetric_eigen(covariance).vectors.col(0);
   }
 };
 
-/// Moved source samples, each with its partner in the target, its normal there, and its weight in the fit.
-struct icp_pairs {
-  std::vector<Eigen::Vector3d> transformed, target, normals;
-  std::vector<double> weights;
+/// A transformed source sample with its partner in the target, the normal there, and its weight in the fit.
+struct icp_pair {
+  vec3 transformed, target, normal;
+  double weight = 1;
 
-  double off_plane(std::size_t i) const { return normals[i].dot(transformed[i] - target[i]); }
+  double off_plane() const { return normal.dot(transformed - target); }
 };
 
-/// Weights, from one on, by how far pairs lie off their planes: Tukey's, as in `robust_fit.hpp`. What stands
-/// on the ground is nearer to it than samples lie apart, and would lift it.
-inline void weight_by_planes(icp_pairs& pairs, std::size_t first) {
-  constexpr double usual = 4.685, deviation_of_median = 1.4826;
+/// Weights, from `first` on, by how far pairs lie off their planes: Tukey's, scaled by their median. What
+/// stands on the ground is nearer to it than samples lie apart, and would lift it.
+inline void weight_by_planes(std::vector<icp_pair>& pairs, std::size_t first) {
   std::vector<double> off;
-  for (std::size_t i = first; i < pairs.transformed.size(); ++i) off.push_back(std::abs(pairs.off_plane(i)));
+  for (std::size_t i = first; i < pairs.size(); ++i) off.push_back(std::abs(pairs[i].off_plane()));
   if (off.empty()) return;
-  const double limit = usual * deviation_of_median * detail::median(off);
-  for (std::size_t i = first; i < pairs.transformed.size() && limit > 0; ++i) {
-    const double share = pairs.off_plane(i) / limit;
-    pairs.weights[i] = std::abs(share) < 1 ? std::pow(1 - share * share, 2) : 0;
+  const double limit = tukey_constant * deviation_of_median * median(off);
+  for (std::size_t i = first; i < pairs.size() && limit > 0; ++i) {
+    const double share = pairs[i].off_plane() / limit;
+    pairs[i].weight = tukey_weight(share * share);
   }
 }
 
-/// Small motion that brings the moved samples nearest to the planes of their partners (linearised rotation),
-/// about `center`. 4-DoF turns about z alone.
-inline std::optional<Eigen::Isometry3d> plane_step(const icp_pairs& pairs, const Eigen::Vector3d& center,
-                                                   degrees_of_freedom dof) {
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
-  for (std::size_t i = 0; i < pairs.transformed.size(); ++i) {
-    Eigen::Matrix<double, 6, 1> row;
-    row << (pairs.transformed[i] - center).cross(pairs.normals[i]), pairs.normals[i];
-    normal += pairs.weights[i] * row * row.transpose();
-    right -= pairs.weights[i] * pairs.off_plane(i) * row;
-  }
-  if (dof == degrees_of_freedom::four) {
-    normal.topRows<2>().setZero();
-    normal.leftCols<2>().setZero();
-    normal.topLeftCorner<2, 2>().setIdentity();
-    right.head<2>().setZero();
-  }
-  const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(normal);
-  const Eigen::Matrix<double, 6, 1> step = solver.solve(right);
-  if (solver.info() != Eigen::Success || !step.allFinite()) return std::nullopt;
-  const Eigen::Vector3d turn = step.head<3>();
-  const Eigen::AngleAxisd rotation(turn.norm(),
-                                   turn.norm() > 0 ? turn.normalized() : Eigen::Vector3d::UnitZ());
-  return Eigen::Translation3d(center + step.tail<3>()) * rotation * Eigen::Translation3d(-center);
-}
-
-/// Appends the pairs of one layer: each moved source point with its nearest target sample, but those too far
-/// apart.
-inline void pair_nearest(const icp_surface& surface, const Eigen::Isometry3d& target_from_source,
-                         const Eigen::Vector3d& origin, const icp_options& options, const execution& exec,
-                         icp_pairs& pairs) {
-  const std::size_t first = pairs.transformed.size();
-  std::vector<Eigen::Vector3d> transformed(surface.source.size());
-  std::vector<detail::neighbor<double>> nearest_of(surface.source.size());
-  detail::parallel_chunks(exec, "icp", transformed.size(), 1024, [&](std::size_t begin, std::size_t end) {
-    std::vector<detail::neighbor<double>> nearest;
-    for (std::size_t i = begin; i < end; ++i) {
-      transformed[i] = target_from_source * surface.source[i] - origin;
-      surface.tree.nearest({transformed[i].x(), transformed[i].y(), transformed[i].z()}, 1, nearest);
-      nearest_of[i] = nearest.front();
-    }
-  });
+/// Appends the pairs of one layer: each transformed source point with its nearest target sample, but those
+/// too far apart, and those that face other ways.
+inline void pair_nearest(const icp_surface& surface, const rigid& target_from_source, const vec3& origin,
+                         const icp_options& options, const execution& exec, std::vector<icp_pair>& pairs) {
   constexpr double same_way = 0.5;  // cosine of 60 degrees
-  const auto face_the_same_way = [&](std::size_t i) {
-    return !surface.faces || (target_from_source.linear() * surface.source_normals[i])
-                                     .dot(surface.normals[nearest_of[i].index]) > same_way;
+  const std::size_t first = pairs.size(), count = surface.source.size();
+  std::vector<vec3> transformed(count);
+  std::vector<neighbor<double>> nearest_of(count);
+  for_each_sample(count, exec, [&](std::size_t i, std::vector<neighbor<double>>& nearest) {
+    transformed[i] = target_from_source * surface.source[i] - origin;
+    surface.tree.nearest({transformed[i].x, transformed[i].y, transformed[i].z}, 1, nearest);
+    nearest_of[i] = nearest.front();
+  });
+  const auto is_pair = [&](std::size_t i, double squared_limit) {
+    return nearest_of[i].squared_distance <= squared_limit &&
+           (!surface.has_outside || (target_from_source.rotation * surface.source_normals[i])
+                                            .dot(surface.normals[nearest_of[i].index]) > same_way);
   };
+  const double max_squared = std::nextafter(options.max_distance * options.max_distance, 0);
   std::vector<double> distances;
-  for (std::size_t i = 0; i < transformed.size(); ++i)
-    if (nearest_of[i].squared_distance < options.max_distance * options.max_distance && face_the_same_way(i))
-      distances.push_back(std::sqrt(nearest_of[i].squared_distance));
+  for (std::size_t i = 0; i < count; ++i)
+    if (is_pair(i, max_squared)) distances.push_back(std::sqrt(nearest_of[i].squared_distance));
   if (distances.empty()) return;
   const auto middle = distances.begin() + std::ptrdiff_t(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   const double limit = std::min(options.max_distance, options.trimming * *middle);
-  for (std::size_t i = 0; i < transformed.size(); ++i) {
-    if (nearest_of[i].squared_distance > limit * limit || !face_the_same_way(i)) continue;
-    pairs.transformed.push_back(transformed[i]);
-    pairs.target.push_back(surface.target[nearest_of[i].index]);
-    pairs.normals.push_back(surface.normals[nearest_of[i].index]);
-    pairs.weights.push_back(1);
-  }
+  for (std::size_t i = 0; i < count; ++i)
+    if (const std::size_t to = nearest_of[i].index; is_pair(i, limit * limit))
+      pairs.push_back({transformed[i], surface.target[to], surface.normals[to]});
   if (options.metric == icp_metric::point_to_plane) weight_by_planes(pairs, first);
 }
-}  // namespace detail
 
-/// Refines `coarse`, the motion target_from_source, over the layers. When fewer than six pairs are left
-/// `converged` is false and the motion the last good one. 4-DoF turns about z, so both frames must be level.
-inline icp_result refine_by_icp(std::vector<icp_layer> layers, const Eigen::Isometry3d& coarse,
-                                degrees_of_freedom dof, const icp_options& options = {},
-                                const execution& exec = {}) {
-  require_valid(options);
-  if (!coarse.matrix().allFinite()) throw std::invalid_argument("coarse must be finite");
-  icp_result result;
-  result.target_from_source = coarse;
-  for (const icp_layer& layer : layers)
-    if (layer.source_normals.empty() != layer.target_normals.empty() ||
-        (!layer.source_normals.empty() && (layer.source_normals.size() != layer.source.size() ||
-                                           layer.target_normals.size() != layer.target.size())))
-      throw std::invalid_argument("layers: normals must be given for all points of both scans, or for none");
-  std::erase_if(layers, [](const icp_layer& layer) { return layer.source.empty() || layer.target.empty(); });
-  if (options.metric == icp_metric::none || layers.empty()) return result;
-  const bool planes = options.metric == icp_metric::point_to_plane;
-  const Eigen::Vector3d origin = layers.front().target.front();  // small numbers keep the digits
-  std::vector<detail::icp_surface> surfaces;
-  for (icp_layer& layer : layers) {
-    detail::report_progress(exec, "icp", 0);
-    surfaces.emplace_back(layer, origin, options, exec);
+/// Small transform that brings the transformed samples nearest to the planes of their partners (linearised
+/// rotation), about `center`. 4-DoF turns about z alone.
+inline std::optional<rigid> plane_step(const std::vector<icp_pair>& pairs, const vec3& center,
+                                       degrees_of_freedom dof) {
+  small_matrix normal;
+  small_vector right{};
+  for (const icp_pair& pair : pairs) {
+    const vec3 &n = pair.normal, arm = (pair.transformed - center).cross(n);
+    const small_vector row = {arm.x, arm.y, arm.z, n.x, n.y, n.z};
+    normal.add_square(row, pair.weight);
+    const double scale = pair.weight * pair.off_plane();
+    for (std::size_t k = 0; k < 6; ++k) right[k] -= scale * row[k];
   }
-
-  while (result.iterations < options.max_iterations && !result.converged) {
-    detail::icp_pairs pairs;
-    for (const detail::icp_surface& surface : surfaces)
-      detail::pair_nearest(surface, result.target_from_source, origin, options, exec, pairs);
-    const auto count = std::size_t(
-        std::count_if(pairs.weights.begin(), pairs.weights.end(), [](double weight) { return weight > 0; }));
-    if (count < 6) return result;
-    Eigen::Vector3d center = Eigen::Vector3d::Zero();
-    double squares = 0, weights = 0;
-    for (std::size_t i = 0; i < pairs.transformed.size(); ++i) {
-      center += pairs.transformed[i] / double(pairs.transformed.size());
-      squares += pairs.weights[i] * (planes ? std::pow(pairs.off_plane(i), 2)
-                                            : (pairs.transformed[i] - pairs.target[i]).squaredNorm());
-      weights += pairs.weights[i];
+  if (dof == degrees_of_freedom::four)
+    for (std::size_t k = 0; k < 2; ++k) {
+      for (std::size_t j = 0; j < 6; ++j) normal(k, j) = normal(j, k) = j == k ? 1 : 0;
+      right[k] = 0;
     }
-    const auto transform =
-        planes ? detail::plane_step(pairs, center, dof) : fit_transform(pairs.transformed, pairs.target, dof);
-    if (!transform) return result;
-    result.target_from_source =
-        Eigen::Translation3d(origin) * *transform * Eigen::Translation3d(-origin) * result.target_from_source;
+  const small_solver solver(normal);
+  const small_vector step = solver.solve(right);
+  const vec3 turn{step[0], step[1], step[2]}, shift{step[3], step[4], step[5]};
+  if (!solver.succeeded() || !is_finite(turn) || !is_finite(shift)) return std::nullopt;
+  const double angle = turn.norm();
+  const mat3 rotation = rotation_about(angle > 0 ? turn.normalized() : vec3{0, 0, 1}, angle);
+  return shifted_before(shifted_after({rotation, {}}, center + shift), -center);
+}
+
+/// Small transform that brings the transformed samples nearest to their partners.
+inline std::optional<rigid> point_step(const std::vector<icp_pair>& pairs, degrees_of_freedom dof) {
+  std::vector<vec3> transformed, target;
+  for (const icp_pair& pair : pairs) {
+    transformed.push_back(pair.transformed);
+    target.push_back(pair.target);
+  }
+  return fit_rigid(transformed, target, dof);
+}
+
+/// `refine_by_icp` over what the internals have: valid options, layers that have samples in both scans.
+inline icp_result refine_layers(std::vector<icp_samples> layers, rigid target_from_source,
+                                degrees_of_freedom dof, const icp_options& options, const execution& exec) {
+  const bool planes = options.metric == icp_metric::point_to_plane;
+  const vec3 origin = layers.front().target.front();  // small numbers keep the digits
+  std::vector<icp_surface> surfaces;
+  for (icp_samples& layer : layers) {
+    report_progress(exec, "icp", 0);
+    surfaces.emplace_back(std::move(layer), origin, options, exec);
+  }
+  icp_result result;
+  while (result.iterations < options.max_iterations && !result.converged) {
+    std::vector<icp_pair> pairs;
+    for (const icp_surface& surface : surfaces)
+      pair_nearest(surface, target_from_source, origin, options, exec, pairs);
+    vec3 center;
+    double squares = 0, weights = 0;
+    std::size_t count = 0;
+    for (const icp_pair& pair : pairs) {
+      center += pair.transformed / double(pairs.size());
+      const double off = pair.off_plane();
+      squares += pair.weight * (planes ? off * off : (pair.transformed - pair.target).squared_norm());
+      weights += pair.weight;
+      count += pair.weight > 0 ? 1 : 0;
+    }
+    if (count < min_icp_pairs) break;
+    const std::optional<rigid> step = planes ? plane_step(pairs, center, dof) : point_step(pairs, dof);
+    if (!step) break;
+    target_from_source = shifted_before(shifted_after(*step, origin), -origin) * target_from_source;
     result.pairs = count;
     result.rms = std::sqrt(squares / weights);
     ++result.iterations;
-    const double shift = (*transform * center - center).norm();
-    const double turn = Eigen::AngleAxisd(transform->linear()).angle();
-    result.converged = shift < options.convergence_threshold && turn < options.convergence_threshold;
+    result.converged = (*step * center - center).norm() < options.convergence_threshold &&
+                       rotation_angle(step->rotation) < options.convergence_threshold;
   }
+  result.target_from_source = to_eigen(target_from_source);
   return result;
+}
+
+/// `refine_by_icp` over samples that may be missing in some layers.
+inline icp_result refine_samples(std::vector<icp_samples> layers, const rigid& coarse, degrees_of_freedom dof,
+                                 const icp_options& options, const execution& exec) {
+  require_valid(options);
+  if (!is_finite(coarse)) throw std::invalid_argument("coarse must be finite");
+  std::erase_if(layers,
+                [](const icp_samples& layer) { return layer.source.empty() || layer.target.empty(); });
+  if (options.metric != icp_metric::none && !layers.empty()) {
+    const parallel_scope scope(exec, "icp");
+    return refine_layers(std::move(layers), coarse, dof, options, exec);
+  }
+  icp_result result;
+  result.target_from_source = to_eigen(coarse);
+  return result;
+}
+
+/// The finite points of a range.
+template <point_range R>
+std::vector<vec3> finite_points(const R& points) {
+  std::vector<vec3> result;
+  for (const auto& p : points)
+    if (const vec3 v = xyz(p); is_finite(v)) result.push_back(v);
+  return result;
+}
+
+}  // namespace detail
+
+/// Refines `coarse`, the transform target_from_source, over the layers. When fewer than six pairs are left
+/// `converged` is false and the transform the last good one. 4-DoF turns about z, so both frames must be
+/// level. Throws `std::invalid_argument` for options that make no sense, normals of some points only, and a
+/// coarse transform that is not finite.
+inline icp_result refine_by_icp(const std::vector<icp_layer>& layers, const Eigen::Isometry3d& coarse,
+                                degrees_of_freedom dof, const icp_options& options = {},
+                                const execution& exec = {}) {
+  const auto copy = [](const std::vector<Eigen::Vector3d>& points) {
+    std::vector<detail::vec3> result;
+    result.reserve(points.size());
+    for (const Eigen::Vector3d& p : points) result.push_back(detail::from_eigen(p));
+    return result;
+  };
+  std::vector<detail::icp_samples> samples;
+  for (const icp_layer& l : layers) {
+    const bool has_normals = !l.source_normals.empty() || !l.target_normals.empty();
+    if (has_normals &&
+        (l.source_normals.size() != l.source.size() || l.target_normals.size() != l.target.size()))
+      throw std::invalid_argument("layers: normals must be given for all points of both scans, or for none");
+    samples.push_back({copy(l.source), copy(l.target), copy(l.source_normals), copy(l.target_normals)});
+  }
+  return detail::refine_samples(std::move(samples), detail::from_eigen(coarse), dof, options, exec);
 }
 
 /// The same over points of the caller's, as one layer; those that are not finite are skipped.
@@ -267,9 +308,10 @@ template <point_range Source, point_range Target>
 icp_result refine_by_icp(const Source& source, const Target& target, const Eigen::Isometry3d& coarse,
                          degrees_of_freedom dof, const icp_options& options = {},
                          const execution& exec = {}) {
-  icp_layer layer;
-  detail::for_each_finite(source, [&](const Eigen::Vector3d& p, point_index) { layer.source.push_back(p); });
-  detail::for_each_finite(target, [&](const Eigen::Vector3d& p, point_index) { layer.target.push_back(p); });
-  return refine_by_icp(std::vector{std::move(layer)}, coarse, dof, options, exec);
+  std::vector<detail::icp_samples> layers(1);
+  layers.front().source = detail::finite_points(source);
+  layers.front().target = detail::finite_points(target);
+  return detail::refine_samples(std::move(layers), detail::from_eigen(coarse), dof, options, exec);
 }
+
 }  // namespace globalmatch

@@ -1,7 +1,6 @@
-// Registration ([GM] 3): two stem maps, or two scans, -> the motion that lays the source on the target.
+// Registration ([GM] 3): two stem maps, or two scans, -> the transform of the source to the target.
 #pragma once
 
-#include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -13,8 +12,8 @@
 
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/funnel.hpp"
-#include "globalmatch/detail/matching/decision.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/mapping_options.hpp"
@@ -25,7 +24,6 @@
 #include "globalmatch/stem_map.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
-#include "globalmatch/transform.hpp"
 
 namespace globalmatch {
 
@@ -60,7 +58,7 @@ struct registration {
   globalmatch::outcome outcome = outcome::not_registered;
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered; refined unless ICP is off
-  globalmatch::matching matching;                       ///< holds the coarse motion
+  globalmatch::matching matching;                       ///< holds the coarse transform
   std::optional<icp_result> icp;                        ///< when it ran
 };
 
@@ -80,8 +78,8 @@ inline std::string describe_lost_stems(const stem_map& source, const stem_map& t
   return "";
 }
 
-/// Which of the scans were not level, for the reason of the decision; empty where both were, or the motion is
-/// free to tilt.
+/// Which of the scans were not level, for the reason of the decision; empty where both were, or the transform
+/// may tilt.
 inline std::string describe_tilted_maps(const stem_map& source, const stem_map& target,
                                         degrees_of_freedom dof) {
   std::string remark;
@@ -91,77 +89,78 @@ inline std::string describe_tilted_maps(const stem_map& source, const stem_map& 
   return remark;
 }
 
-/// Near the terrain's, with the vertical of the map.
-inline detail::local_frame levelled_frame(const stem_map& map) {
-  return {map.terrain.frame.origin, detail::levelling_rotation(from_eigen(map.up))};
+/// Matches the stems of two maps. Where they are not registered, the reason says where stems were lost and
+/// which scan was not level.
+inline matching match_maps(const stem_map& source, const stem_map& target, const matching_options& options,
+                           const execution& exec) {
+  matching result = match_positions(import_positions(source.stems, source.up, "source", exec),
+                                    import_positions(target.stems, target.up, "target", exec), options, exec);
+  const auto minimum = std::size_t(options.decision.min_correspondences);
+  if (std::min(source.stems.size(), target.stems.size()) < minimum)
+    result.reason += describe_lost_stems(source, target, minimum);
+  if (result.outcome != outcome::registered)
+    result.reason += describe_tilted_maps(source, target, options.dof);
+  return result;
 }
-inline std::vector<Eigen::Vector3d> levelled(const std::vector<Eigen::Vector3d>& points,
-                                             const detail::local_frame& frame) {
-  std::vector<Eigen::Vector3d> local;
-  local.reserve(points.size());
-  for (const Eigen::Vector3d& p : points) local.push_back(to_eigen(frame.to_local(from_eigen(p))));
-  return local;
+
+/// The origin of the terrain's frame, with the vertical of the map.
+inline local_frame levelled_frame(const stem_map& map) {
+  return {map.terrain.frame.origin, levelling_rotation(from_eigen(map.up))};
 }
-inline std::vector<Eigen::Vector3d> levelled_normals(const stem_map& map, const detail::local_frame& frame) {
-  std::vector<Eigen::Vector3d> local;
-  local.reserve(map.stem_normals.size());
-  for (const Eigen::Vector3d& n : map.stem_normals) local.push_back(to_eigen(frame.rotation * from_eigen(n)));
-  return local;
-}
+
+/// Samples of a map in its levelled frame.
+struct levelled_samples {
+  std::vector<vec3> ground, stems, stem_normals;
+
+  levelled_samples(const stem_map& map, const local_frame& frame) {
+    for (const Eigen::Vector3d& p : map.ground_samples) ground.push_back(frame.to_local(from_eigen(p)));
+    for (const Eigen::Vector3d& p : map.stem_samples) stems.push_back(frame.to_local(from_eigen(p)));
+    if (map.stem_normals.size() != map.stem_samples.size()) return;
+    for (const Eigen::Vector3d& n : map.stem_normals) stem_normals.push_back(frame.rotation * from_eigen(n));
+  }
+};
 
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems. It turns
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
-inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
-                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
-                                    const icp_options& options, const execution& exec) {
-  const detail::local_frame from = levelled_frame(source), to = levelled_frame(target);
-  std::vector<icp_layer> layers = {
-      {levelled(source.ground_samples, from), levelled(target.ground_samples, to)},
-      {levelled(source.stem_samples, from), levelled(target.stem_samples, to)}};
-  const auto have_normals = [](const stem_map& m) { return m.stem_normals.size() == m.stem_samples.size(); };
-  if (have_normals(source) && have_normals(target)) {
-    layers.back().source_normals = levelled_normals(source, from);
-    layers.back().target_normals = levelled_normals(target, to);
-  }
-  const Eigen::Isometry3d source_local = to_eigen(from.local_from_scan()),
-                          target_local = to_eigen(to.local_from_scan());
+inline icp_result refine_by_samples(const stem_map& source, const stem_map& target, const rigid& coarse,
+                                    degrees_of_freedom dof, const icp_options& options,
+                                    const execution& exec) {
+  const local_frame source_frame = levelled_frame(source), target_frame = levelled_frame(target);
+  levelled_samples from(source, source_frame), to(target, target_frame);
+  if (from.stem_normals.empty() || to.stem_normals.empty()) from.stem_normals = to.stem_normals = {};
+  std::vector<icp_samples> layers(2);
+  layers[0] = {std::move(from.ground), std::move(to.ground), {}, {}};
+  layers[1] = {std::move(from.stems), std::move(to.stems), std::move(from.stem_normals),
+               std::move(to.stem_normals)};
   if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
+  const rigid source_local = source_frame.local_from_scan(), target_local = target_frame.local_from_scan();
   icp_result result =
-      refine_by_icp(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, exec);
-  result.target_from_source = target_local.inverse() * result.target_from_source * source_local;
+      refine_samples(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, exec);
+  result.target_from_source =
+      to_eigen(target_local.inverse() * from_eigen(result.target_from_source) * source_local);
   return result;
 }
+
 }  // namespace detail
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
-/// that does not converge leaves the coarse motion. Where a map took its vertical from its stems, ICP turns
-/// freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
+/// that does not converge leaves the coarse transform. Where a map took its vertical from its stems, ICP
+/// turns freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
                                   const registration_options& options = {}, const execution& exec = {}) {
   require_valid(options.icp);
   registration result;
-  if (source.cancelled || target.cancelled) {
-    result.outcome = outcome::cancelled;
-    result.reason = operation_cancelled().what();
-    return result;
-  }
   try {
-    result.matching =
-        match_positions(import_positions(source.stems, source.up, "source", exec),
-                        import_positions(target.stems, target.up, "target", exec), options.matching, exec);
+    if (source.cancelled || target.cancelled) throw operation_cancelled();
+    const detail::parallel_scope scope(exec, "matching");
+    result.matching = detail::match_maps(source, target, options.matching, exec);
     result.outcome = result.matching.outcome;
-    const auto minimum = std::size_t(options.matching.decision.min_correspondences);
-    if (std::min(source.stems.size(), target.stems.size()) < minimum)
-      result.matching.reason += detail::describe_lost_stems(source, target, minimum);
-    if (result.outcome != outcome::registered)
-      result.matching.reason += detail::describe_tilted_maps(source, target, options.matching.dof);
     result.reason = result.matching.reason;
     result.target_from_source = result.matching.target_from_source;
-    if (result.outcome == outcome::registered && options.icp.metric != icp_metric::none) {
-      result.icp = detail::refine_by_samples(source, target, *result.target_from_source, options.matching.dof,
-                                             options.icp, exec);
-      if (result.icp->converged) result.target_from_source = result.icp->target_from_source;
-    }
+    if (result.outcome != outcome::registered || options.icp.metric == icp_metric::none) return result;
+    result.icp = detail::refine_by_samples(source, target, detail::from_eigen(*result.target_from_source),
+                                           options.matching.dof, options.icp, exec);
+    if (result.icp->converged) result.target_from_source = result.icp->target_from_source;
   } catch (const operation_cancelled& e) {
     result.outcome = outcome::cancelled;
     result.reason = e.what();
@@ -179,6 +178,7 @@ scan_registration register_scans(const Source& source, const Target& target,
                                  const execution& exec = {}) {
   require_valid(options.matching);
   require_valid(options.icp);
+  const detail::parallel_scope scope(exec, "registration");
   scan_registration result;
   result.source = map_stems(source, options.mapping, up, exec);
   if (result.source.cancelled)
@@ -188,4 +188,5 @@ scan_registration register_scans(const Source& source, const Target& target,
   result.registration = register_maps(result.source, result.target, options, exec);
   return result;
 }
+
 }  // namespace globalmatch

@@ -7,12 +7,10 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
+#include <condition_variable>  // brings the clocks; <chrono> has calendars too, which take longer to compile
 #include <cstddef>
 #include <exception>
 #include <limits>
-#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
@@ -329,21 +327,19 @@ inline void run_chunks(const execution& exec, std::string_view stage, std::size_
 template <class Work>
 void parallel_chunks(const execution& exec, std::string_view stage, std::size_t count, std::size_t chunk,
                      const Work& work) {
-  run_chunks(exec, stage, count, chunk, std::addressof(work),
-             [](const void* erased, std::size_t begin, std::size_t end) {
-               (*static_cast<const Work*>(erased))(begin, end);
-             });
+  run_chunks(exec, stage, count, chunk, &work, [](const void* erased, std::size_t begin, std::size_t end) {
+    (*static_cast<const Work*>(erased))(begin, end);
+  });
 }
 
 /// `parallel_chunks` with one call `work(i)` for each index.
 template <class Work>
 void parallel_for(const execution& exec, std::string_view stage, std::size_t count, const Work& work,
                   std::size_t chunk = 1024) {
-  run_chunks(exec, stage, count, chunk, std::addressof(work),
-             [](const void* erased, std::size_t begin, std::size_t end) {
-               const Work& each = *static_cast<const Work*>(erased);
-               for (std::size_t i = begin; i < end; ++i) each(i);
-             });
+  run_chunks(exec, stage, count, chunk, &work, [](const void* erased, std::size_t begin, std::size_t end) {
+    const Work& each = *static_cast<const Work*>(erased);
+    for (std::size_t i = begin; i < end; ++i) each(i);
+  });
 }
 
 }  // namespace globalmatch::detail
