@@ -29,14 +29,17 @@ macro(globalmatch_require name target version repository tag include_dir)
   endif()
 endmacro()
 
-# What the headers need.
+# What the headers need. A parent that has its own way of finding threads may have done so already.
+if(NOT TARGET Threads::Threads)
+  set(THREADS_PREFER_PTHREAD_FLAG ON)
+  find_package(Threads REQUIRED)
+endif()
 globalmatch_require(Eigen3 Eigen3::Eigen 3.4 https://gitlab.com/libeigen/eigen.git 3.4.0 .)
 globalmatch_require(nanoflann nanoflann::nanoflann 1.4 https://github.com/jlblancoc/nanoflann.git v1.4.3
                     include)
 
-# What the programs built here need besides. OpenMP is theirs to choose, never the library target's.
+# What the programs built here need besides.
 if(GLOBALMATCH_BUILD_EXAMPLES OR GLOBALMATCH_BUILD_TESTS OR GLOBALMATCH_BUILD_BENCHMARKS)
-  find_package(OpenMP QUIET COMPONENTS CXX)
   globalmatch_require(CLI11 CLI11::CLI11 2.1 https://github.com/CLIUtils/CLI11.git v2.1.2 include)
   globalmatch_require(nlohmann_json nlohmann_json::nlohmann_json 3.10
                       https://github.com/nlohmann/json.git v3.11.2 single_include)

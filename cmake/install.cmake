@@ -1,4 +1,4 @@
-# The headers, and the package behind find_package(globalmatch CONFIG).
+# The headers, the package behind find_package(globalmatch CONFIG), and the one behind pkg-config.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
@@ -15,4 +15,6 @@ install(TARGETS globalmatch EXPORT globalmatchTargets INCLUDES DESTINATION ${CMA
 install(EXPORT globalmatchTargets NAMESPACE globalmatch:: DESTINATION ${package_dir})
 install(FILES ${package_build_dir}/globalmatchConfig.cmake ${package_build_dir}/globalmatchConfigVersion.cmake
         DESTINATION ${package_dir})
+configure_file(cmake/globalmatch.pc.in ${package_build_dir}/globalmatch.pc @ONLY)
+install(FILES ${package_build_dir}/globalmatch.pc DESTINATION ${CMAKE_INSTALL_DATADIR}/pkgconfig)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

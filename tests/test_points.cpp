@@ -1,16 +1,20 @@
 #include "globalmatch/points.hpp"
 
+#include <Eigen/Geometry>
+
+#include <cmath>
 #include <cstdint>
 #include <forward_list>
 #include <iterator>
 #include <limits>
 #include <map>
+#include <ranges>
 #include <sstream>
 #include <tuple>
 
 #include "catch.hpp"
 #include "containers.hpp"
-#include "forest_scenes.hpp"
+#include "globalmatch/detail/core/random.hpp"
 #include "support/message_of.hpp"
 
 namespace globalmatch {
@@ -61,6 +65,14 @@ struct sphere {
 struct grid_cell {
   int column, row;
 };
+
+std::vector<Eigen::Vector3f> random_points(std::uint64_t seed, std::size_t count) {
+  random_source random(seed);
+  std::vector<Eigen::Vector3f> points(count);
+  for (Eigen::Vector3f& p : points)
+    for (int i = 0; i < 3; ++i) p[i] = float(100 * random.uniform() - 50);
+  return points;
+}
 
 }  // namespace
 
@@ -162,7 +174,7 @@ TEST_CASE("point ranges can be passed through more than once and hold points") {
 }
 
 TEST_CASE("xyz reads the coordinates of every kind of point as doubles") {
-  const Eigen::Vector3d expected(1, 2, 3);
+  const vec3 expected{1, 2, 3};
   Eigen::Matrix3Xf columns(3, 2);
   columns << 0, 1, 0, 2, 0, 3;
   const double plain[3] = {1, 2, 3};
@@ -181,22 +193,23 @@ TEST_CASE("xyz reads the coordinates of every kind of point as doubles") {
 
 TEST_CASE("xyz keeps all digits of doubles and of whole numbers below 2^53") {
   constexpr double third = 1.0 / 3;
-  const Eigen::Vector3d p(third, 5300000 + third, -1e300);
+  const vec3 p{third, 5300000 + third, -1e300};
   CHECK(xyz(p) == p);
-  CHECK(xyz(containers::survey_point{"", p.x(), p.y(), p.z()}) == p);
-  CHECK(xyz(integer_point{9007199254740991, -1, 0}) == Eigen::Vector3d(9007199254740991.0, -1, 0));
+  CHECK(xyz(p.as<Eigen::Vector3d>()) == p);
+  CHECK(xyz(containers::survey_point{"", p.x, p.y, p.z}) == p);
+  CHECK(xyz(integer_point{9007199254740991, -1, 0}) == vec3{9007199254740991.0, -1, 0});
 }
 
 TEST_CASE("xyz gives positions in plan the height 0") {
-  CHECK(xyz(horizontal_point{1, 2}) == Eigen::Vector3d(1, 2, 0));
-  CHECK(xyz(Eigen::Vector2d(1, 2)) == Eigen::Vector3d(1, 2, 0));
-  CHECK(xyz(std::array<double, 2>{1, 2}) == Eigen::Vector3d(1, 2, 0));
-  CHECK(xyz(grid_cell{2, 4}) == Eigen::Vector3d(1, 2, 0));
+  CHECK(xyz(horizontal_point{1, 2}) == vec3{1, 2, 0});
+  CHECK(xyz(Eigen::Vector2d(1, 2)) == vec3{1, 2, 0});
+  CHECK(xyz(std::array<double, 2>{1, 2}) == vec3{1, 2, 0});
+  CHECK(xyz(grid_cell{2, 4}) == vec3{1, 2, 0});
 }
 
 TEST_CASE("xyz asks point_traits first, then members, then indices") {
-  CHECK(xyz(traits_and_members{}) == Eigen::Vector3d(7, 8, 9));
-  CHECK(xyz(two_faced_point{}) == Eigen::Vector3d(1, 2, 3));
+  CHECK(xyz(traits_and_members{}) == vec3{7, 8, 9});
+  CHECK(xyz(two_faced_point{}) == vec3{1, 2, 3});
 }
 
 TEST_CASE("a radius is that of point_traits where there are any, else a member that is a number") {
@@ -211,14 +224,13 @@ TEST_CASE("a radius is that of point_traits where there are any, else a member t
 }
 
 TEST_CASE("every kind of container yields the same coordinates in the same order") {
-  random_source random(1);
-  const scenes::cloud points = scenes::random_cloud(random, 100, 50);
+  const std::vector<Eigen::Vector3f> points = random_points(1, 100);
   containers::for_each_container(points, [&](const std::string& kind, const auto& range) {
     CAPTURE(kind);
     STATIC_REQUIRE(point_range<decltype(range)>);
     std::size_t count = 0, equal = 0;
     for (const auto& p : range) {
-      equal += xyz(p) == points[count].template cast<double>() ? 1 : 0;
+      equal += xyz(p) == vec3::from(points[count]) ? 1 : 0;
       ++count;
     }
     CHECK(count == points.size());
@@ -243,8 +255,37 @@ TEST_CASE("indexed points can be passed through twice, by index too") {
     for (auto at = points.begin(); at != points.end(); at++, ++i) CHECK(*at == points[i]);
     CHECK(i == 3);
   }
-  CHECK(points[2] == Eigen::Vector3f(6, 7, 8));
+  CHECK(points[2] == std::array<float, 3>{6, 7, 8});
 }
+
+// clang 14 and 15 do not compile the views of libstdc++ 12.
+#if !defined(__clang__) || __clang_major__ >= 16
+TEST_CASE("views that have a const begin are point ranges, also of temporaries") {
+  const std::vector<float> x = {1, 2, 3}, y = {4, 5, 6}, z = {7, 8, 9};
+  const std::span<const float> xs(x), ys(y), zs(z);
+  const auto first_two = soa_points(xs, ys, zs) | std::views::take(2);
+  const auto first = strided_points(x.data(), 1) | std::views::take(1);
+  const auto shifted = soa_points(xs, ys, zs) | std::views::transform([](const std::array<float, 3>& p) {
+                         return std::array<float, 3>{p[0] + 10, p[1], p[2]};
+                       });
+  STATIC_REQUIRE(point_range<decltype(first_two)>);
+  STATIC_REQUIRE(point_range<decltype(shifted)>);
+  std::vector<vec3> seen;
+  for (const auto& p : first_two) seen.push_back(xyz(p));
+  for (const auto& p : first) seen.push_back(xyz(p));
+  for (const auto& p : shifted) seen.push_back(xyz(p));
+  CHECK(seen == std::vector<vec3>{{1, 4, 7}, {2, 5, 8}, {1, 2, 3}, {11, 4, 7}, {12, 5, 8}, {13, 6, 9}});
+}
+
+TEST_CASE("views without a const begin are no point ranges, although forward ranges") {
+  std::vector<Eigen::Vector3d> points(3);
+  const auto low = [](const Eigen::Vector3d& p) { return p.z() < 1; };
+  STATIC_REQUIRE(std::ranges::forward_range<decltype(points | std::views::filter(low))>);
+  STATIC_REQUIRE_FALSE(point_range<decltype(points | std::views::filter(low))>);
+  STATIC_REQUIRE_FALSE(point_range<decltype(points | std::views::drop_while(low))>);
+  STATIC_REQUIRE_FALSE(position_range<decltype(points | std::views::filter(low))>);
+}
+#endif
 
 TEST_CASE("strided_points reads interleaved records that need not be aligned") {
   struct record {
@@ -254,8 +295,8 @@ TEST_CASE("strided_points reads interleaved records that need not be aligned") {
   };
   const std::vector<record> records = {{'a', 1, 2, 3, 0.5f}, {'b', 4, 5, 6, 0.5f}};
   const auto points = strided_points(&records[0].x, records.size(), sizeof(record));
-  CHECK(points[0] == Eigen::Vector3d(1, 2, 3));
-  CHECK(points[1] == Eigen::Vector3d(4, 5, 6));
+  CHECK(points[0] == std::array<double, 3>{1, 2, 3});
+  CHECK(points[1] == std::array<double, 3>{4, 5, 6});
 }
 
 TEST_CASE("strided_points refuses a stride that holds no three coordinates") {
@@ -279,23 +320,22 @@ TEST_CASE("soa_points refuses arrays of different lengths") {
 }
 
 TEST_CASE("subset_points yields the points at the indices, in their order, repeated ones too") {
-  random_source random(2);
-  const scenes::cloud points = scenes::random_cloud(random, 20, 10);
+  const std::vector<Eigen::Vector3f> points = random_points(2, 20);
   const std::vector<point_index> indices = {7, 0, 19, 7};
   const auto subset = subset_points(points, std::span(indices));
   STATIC_REQUIRE(point_range<decltype(subset)>);
   REQUIRE(subset.size() == 4);
-  for (std::size_t i = 0; i < 4; ++i) CHECK(subset[i] == points[indices[i]].cast<double>());
+  for (std::size_t i = 0; i < 4; ++i) CHECK(subset[i] == vec3::from(points[indices[i]]));
   CHECK(subset_points(points, std::span<const point_index>()).size() == 0);
 }
 
 TEST_CASE("not a number and infinity are read as they are") {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN(),
                   infinity = std::numeric_limits<float>::infinity();
-  const Eigen::Vector3d p = xyz(containers::colored_point{nan, infinity, -infinity, 0, 0, 0});
-  CHECK(std::isnan(p.x()));
-  CHECK(p.y() == double(infinity));
-  CHECK(p.z() == -double(infinity));
+  const vec3 p = xyz(containers::colored_point{nan, infinity, -infinity, 0, 0, 0});
+  CHECK(std::isnan(p.x));
+  CHECK(p.y == double(infinity));
+  CHECK(p.z == -double(infinity));
 }
 
 }  // namespace globalmatch

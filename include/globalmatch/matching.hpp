@@ -3,13 +3,11 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
 #include <compare>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -116,39 +114,18 @@ inline std::vector<funnel_step> explain(const matching_funnel& f) {
   };
 }
 
-/// The two shortest shifts at which stems repeat.
+/// The two shortest shifts at which the stems of a regular plantation repeat.
 struct planting_lattice {
-  /// [m] in plan, the shortest one, y not negative
-  Eigen::Vector2d first = Eigen::Vector2d::Zero();
-  /// [m] in plan, less than half a turn counter-clockwise of the first
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();  ///< [m] horizontal, the shortest one, y not negative
+  /// [m] horizontal, less than half a turn counter-clockwise of the first
   Eigen::Vector2d second = Eigen::Vector2d::Zero();
 
   /// [rad] of the rows, 0 to pi counter-clockwise from x
   double direction() const { return std::atan2(first.y(), first.x()); }
   /// [rad] between both shifts
   double angle() const {
-    return std::atan2(first.x() * second.y() - first.y() * second.x(), first.dot(second));
-  }
-  /// [m] stems this near a place of the lattice stand on it: nearer to it than to any other one, with a
-  /// margin
-  double search_radius() const { return 0.3 * std::min(first.norm(), (second - first).norm()); }
-  /// Turns [rad] that lay it on itself: 0 and pi, and those of squares or of equilateral triangles.
-  std::vector<double> turns() const {
-    std::vector<double> found;
-    for (const int twelfths : {0, 4, 6, 8, 12, 16, 18, 20}) {
-      const double turn = twelfths * std::numbers::pi / 12;
-      const Eigen::Rotation2Dd rotation(turn);
-      if (is_lattice_shift(rotation * first) && is_lattice_shift(rotation * second)) found.push_back(turn);
-    }
-    return found;
-  }
-  /// Whether a shift [m] lays the lattice on itself.
-  bool is_lattice_shift(const Eigen::Vector2d& shift) const {
-    Eigen::Matrix2d basis;
-    basis << first, second;
-    const Eigen::Vector2d steps = basis.inverse() * shift;
-    return (basis * Eigen::Vector2d(std::round(steps.x()), std::round(steps.y())) - shift).norm() <
-           search_radius();
+    return std::atan2(first.x() * second.y() - first.y() * second.x(),
+                      first.x() * second.x() + first.y() * second.y());
   }
 };
 
@@ -167,24 +144,42 @@ struct transform_uncertainty {
 
   /// How a shift and turn about the center move a place [m, target frame]: 3 x 4 or 3 x 6.
   small_matrix<3, 6> derivative(const Eigen::Vector3d& place) const {
-    const Eigen::Vector3d arm = place - center;
-    small_matrix<3, 6> jacobian(3, covariance.rows());
-    jacobian.leftCols<3>().setIdentity();
-    if (covariance.rows() == 4)
-      jacobian.col(3) = up.cross(arm);
-    else
-      for (int axis = 0; axis < 3; ++axis) jacobian.col(3 + axis) = Eigen::Vector3d::Unit(axis).cross(arm);
+    const Eigen::Index size = covariance.rows();
+    small_matrix<3, 6> jacobian(3, size);
+    const double arm[3] = {place[0] - center[0], place[1] - center[1], place[2] - center[2]};
+    for (Eigen::Index c = 0; c < size; ++c) {
+      double about[3] = {up[0], up[1], up[2]};
+      if (size == 6)
+        for (int axis = 0; axis < 3; ++axis) about[axis] = c == 3 + axis;
+      for (int r = 0; r < 3; ++r) {
+        const int s = (r + 1) % 3, t = (r + 2) % 3;
+        jacobian.data()[3 * c + r] = c < 3 ? double(c == r) : about[s] * arm[t] - about[t] * arm[s];
+      }
+    }
     return jacobian;
   }
 
-  /// Covariance [m^2] of where the motion lays what belongs at a place [m, target frame].
+  /// Covariance [m^2] of where the transform places what belongs at a place [m, target frame].
   Eigen::Matrix3d at(const Eigen::Vector3d& place) const {
+    const Eigen::Index size = covariance.rows();
     const auto jacobian = derivative(place);
-    return jacobian * covariance * jacobian.transpose();
+    Eigen::Matrix3d result;
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) {
+        double sum = 0;
+        for (Eigen::Index k = 0; k < size; ++k)
+          for (Eigen::Index l = 0; l < size; ++l)
+            sum += jacobian.data()[3 * k + r] * covariance.data()[size * l + k] * jacobian.data()[3 * l + c];
+        result.data()[3 * c + r] = sum;
+      }
+    return result;
   }
 
-  /// Root mean square distance [m] between where the motion lays what belongs at a place and that place.
-  double expected_error(const Eigen::Vector3d& place) const { return std::sqrt(at(place).trace()); }
+  /// Root mean square distance [m] between where the transform places what belongs at a place and that place.
+  double expected_error(const Eigen::Vector3d& place) const {
+    const Eigen::Matrix3d covariance_there = at(place);
+    return std::sqrt(covariance_there.data()[0] + covariance_there.data()[4] + covariance_there.data()[8]);
+  }
 };
 
 /// What came of matching, with the evidence to trust or reject it.

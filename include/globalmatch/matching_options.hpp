@@ -9,8 +9,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "globalmatch/detail/core/rigid_fit.hpp"
 #include "globalmatch/global_matching.hpp"
-#include "globalmatch/transform.hpp"
 #include "globalmatch/triangles.hpp"
 
 namespace globalmatch {

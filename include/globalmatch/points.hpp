@@ -1,8 +1,6 @@
 // What a point is, and what a range of points is: the only place where the caller's own types are read.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <array>
 #include <compare>
 #include <concepts>
@@ -14,6 +12,15 @@
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
+
+#include "globalmatch/detail/core/vectors.hpp"
+
+#if defined(__FAST_MATH__) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__) || defined(_M_FP_FAST)
+#error "globalmatch needs not-a-number and infinity: compile without -ffast-math and -ffinite-math-only."
+#endif
+#if !defined(__cpp_exceptions) && !defined(_CPPUNWIND)
+#error "globalmatch reports bad arguments by exceptions: compile without -fno-exceptions."
+#endif
 
 namespace globalmatch {
 
@@ -100,17 +107,33 @@ template <class P>
 concept position = detail::dimension<std::remove_cvref_t<P>>()
 >= 2;
 
-/// Anything to iterate over more than once whose elements are points: `std::vector<MyPoint>`,
-/// `pcl::PointCloud<T>`, `matrix.colwise()`, `strided_points(...)`, `soa_points(...)`.
+namespace detail {
+
+/// Can be iterated over more than once while it is const: functions take ranges by const reference.
 template <class R>
-concept point_range = std::ranges::forward_range<R> && point<std::ranges::range_reference_t<R>>;
+concept const_forward_range = std::ranges::forward_range < const std::remove_reference_t<R>
+& > ;
 
 template <class R>
-concept position_range = std::ranges::forward_range<R> && position<std::ranges::range_reference_t<R>>;
+using element_of = std::ranges::range_reference_t<const std::remove_reference_t<R>&>;
 
-/// Coordinates of a point as doubles; the height of a position in plan is 0.
+}  // namespace detail
+
+/// Anything to iterate over more than once, also while it is const, whose elements are points:
+/// `std::vector<MyPoint>`, `pcl::PointCloud<T>`, `matrix.colwise()`, `strided_points(...)`,
+/// `soa_points(...)`, and views of these such as `std::views::transform` and `take`. Views that find their
+/// begin when asked (`filter`, `drop_while`) are none: copy what they yield, or use `subset_points`.
+template <class R>
+concept point_range = detail::const_forward_range<R> && point<detail::element_of<R>>;
+
+/// The same, whose elements are positions: points, or without a height.
+template <class R>
+concept position_range = detail::const_forward_range<R> && position<detail::element_of<R>>;
+
+/// Coordinates of a point as doubles, with members `x`, `y`, `z`, `[i]` and `as<Vector>()`; the height of a
+/// position in plan is 0.
 template <position P>
-Eigen::Vector3d xyz(const P& p) {
+detail::vec3 xyz(const P& p) {
   constexpr bool has_z = detail::dimension<P>() == 3;
   if constexpr (detail::has_point_traits<P>) {
     const auto& v = point_traits<P>::xyz(p);
@@ -146,14 +169,16 @@ concept has_radius = requires(const P& p) {
   { p.radius } -> std::convertible_to<double>;
 });
 
+namespace detail {
 /// Radius [m] as the caller knows it.
 template <has_radius P>
 double radius_of(const P& p) {
-  if constexpr (detail::has_point_traits<P>)
+  if constexpr (has_point_traits<P>)
     return double(point_traits<P>::radius(p));
   else
     return double(p.radius);
 }
+}  // namespace detail
 
 /// Points that are computed from their index: `at(i)` for i in [0, size). The views below are of this type.
 template <class At>
@@ -201,18 +226,45 @@ class indexed_points {
   std::size_t size_;
 };
 
+namespace detail {
+
+template <class T>
+struct strided_reader {
+  const std::byte* bytes;
+  std::size_t stride;
+  std::array<T, 3> operator()(std::size_t i) const {
+    std::array<T, 3> p;
+    std::memcpy(p.data(), bytes + i * stride, 3 * sizeof(T));  // the stride may leave T unaligned
+    return p;
+  }
+};
+
+template <class T>
+struct soa_reader {
+  const T *x, *y, *z;
+  std::array<T, 3> operator()(std::size_t i) const { return {x[i], y[i], z[i]}; }
+};
+
+template <class R>
+struct subset_reader {
+  const R* points;
+  const point_index* indices;
+  vec3 operator()(std::size_t i) const {
+    return xyz(
+        std::ranges::begin(*points)[static_cast<std::ranges::range_difference_t<const R>>(indices[i])]);
+  }
+};
+
+}  // namespace detail
+
 /// `count` points in raw memory: three consecutive `T` every `stride_bytes` bytes. Refers to the caller's
 /// memory. Throws `std::invalid_argument` when the stride cannot hold three coordinates.
 template <class T>
 auto strided_points(const T* first, std::size_t count, std::size_t stride_bytes = 3 * sizeof(T)) {
   if (stride_bytes < 3 * sizeof(T))
     throw std::invalid_argument("strided_points: stride_bytes holds no three coordinates");
-  const auto* bytes = reinterpret_cast<const std::byte*>(first);
-  return indexed_points(count, [bytes, stride_bytes](std::size_t i) {
-    Eigen::Matrix<T, 3, 1> p;
-    std::memcpy(p.data(), bytes + i * stride_bytes, 3 * sizeof(T));  // the stride may leave T unaligned
-    return p;
-  });
+  return indexed_points(count,
+                        detail::strided_reader<T>{reinterpret_cast<const std::byte*>(first), stride_bytes});
 }
 
 /// Points whose coordinates lie in three arrays (a structure of arrays). Refers to the caller's memory.
@@ -221,16 +273,14 @@ template <class T>
 auto soa_points(std::span<const T> x, std::span<const T> y, std::span<const T> z) {
   if (x.size() != y.size() || x.size() != z.size())
     throw std::invalid_argument("soa_points: x, y and z differ in length");
-  return indexed_points(x.size(), [=](std::size_t i) { return Eigen::Matrix<T, 3, 1>(x[i], y[i], z[i]); });
+  return indexed_points(x.size(), detail::soa_reader<T>{x.data(), y.data(), z.data()});
 }
 
 /// The points of a random access range at the given indices, in that order. Refers to the caller's memory.
 template <std::ranges::random_access_range R>
 requires point_range<const R&>
 auto subset_points(const R& points, std::span<const point_index> indices) {
-  return indexed_points(indices.size(), [&points, indices](std::size_t i) {
-    return xyz(std::ranges::begin(points)[static_cast<std::ptrdiff_t>(indices[i])]);
-  });
+  return indexed_points(indices.size(), detail::subset_reader<R>{&points, indices.data()});
 }
 template <class R>
 void subset_points(const R&&, std::span<const point_index>) = delete;  // would refer to a temporary

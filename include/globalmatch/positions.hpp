@@ -1,8 +1,6 @@
 // Stem positions behind the border: finite, in a levelled local frame, in an order of their own.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <compare>
@@ -14,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
@@ -26,7 +25,7 @@ namespace globalmatch {
 /// caller's order.
 struct position_set {
   detail::local_frame frame;         ///< its origin is the first position
-  std::vector<Eigen::Vector3d> at;   ///< [m] levelled local frame
+  std::vector<detail::vec3> at;   ///< [m] levelled local frame
   std::vector<stem_index> original;  ///< index of each in the caller's range
   std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
   std::vector<double> radius;        ///< [m] of each stem, 0 where unknown; empty when none is known
@@ -62,8 +61,8 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   constexpr double max_magnitude = 1e12;  // [m]
   position_set set;
   set.has_heights = point_range<R>;
-  const Eigen::Matrix3d levelling = detail::levelling_rotation(up);
-  if (set.has_heights) set.frame.local_from_scan_rotation = levelling;  // positions in plan are level already
+  const detail::mat3 levelling = detail::levelling_rotation(detail::from_eigen(up));
+  if (set.has_heights) set.frame.rotation = levelling;  // positions in plan are level already
   struct entry {
     double x, y, z, sigma, radius;
     stem_index original;
@@ -74,11 +73,11 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   std::vector<entry> given;
   for (const auto& position : positions) {
     if (given.size() % poll_interval == 0) detail::report_progress(exec, "positions", 0);
-    const Eigen::Vector3d p = xyz(position);
-    if (!p.allFinite())
+    const auto p = detail::vec3::from(xyz(position));
+    if (!is_finite(p))
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is not finite; remove it");
-    if (p.cwiseAbs().maxCoeff() > max_magnitude)
+    if (p.max_abs() > max_magnitude)
       throw std::invalid_argument(std::string(name) + ": position " + std::to_string(given.size()) +
                                   " is more than 1e12 m from 0, where millimetres are lost; remove it");
     double sigma = 0;
@@ -90,10 +89,10 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     }
     double radius = 0;
     if constexpr (has_radii) {
-      radius = radius_of(position);
+      radius = detail::radius_of(position);
       if (!(radius > 0 && std::isfinite(radius))) radius = 0;
     }
-    given.push_back({p.x(), p.y(), p.z(), sigma, radius, static_cast<stem_index>(given.size())});
+    given.push_back({p.x, p.y, p.z, sigma, radius, static_cast<stem_index>(given.size())});
   }
   std::sort(given.begin(), given.end(), [](const entry& a, const entry& b) { return (a <=> b) < 0; });
   if (given.size() > poll_interval) detail::report_progress(exec, "positions", 0.5);
@@ -112,8 +111,8 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
 }
 
 /// Distance [m] of two positions, in plan where heights do not count.
-inline double stem_distance(const Eigen::Vector3d& a, const Eigen::Vector3d& b, bool horizontal) {
-  return horizontal ? (a - b).head<2>().norm() : (a - b).norm();
+inline double stem_distance(const detail::vec3& a, const detail::vec3& b, bool horizontal) {
+  return horizontal ? (a - b).xy().norm() : (a - b).norm();
 }
 
 }  // namespace globalmatch

@@ -2,9 +2,6 @@
 // scan.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/background_density.hpp"
@@ -41,7 +39,6 @@
 #include "globalmatch/matching_options.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/transform.hpp"
 #include "globalmatch/triangles.hpp"
 
 namespace globalmatch {
@@ -56,11 +53,19 @@ inline matching cancelled_matching(const operation_cancelled& e) {
 }
 
 /// From the levelled local frames of two position sets to the frames and indices of their callers.
-inline void in_caller_frames(hypothesis& h, const position_set& source, const position_set& target) {
-  h.target_from_source =
-      target.frame.local_from_scan().inverse() * h.target_from_source * source.frame.local_from_scan();
+inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& source,
+                                   const position_set& target) {
   for (correspondence& c : h.correspondences) c = {source.original[c.source], target.original[c.target]};
   std::sort(h.correspondences.begin(), h.correspondences.end());
+  return {std::move(h.correspondences),
+          to_eigen(target.frame.local_from_scan().inverse() * h.target_from_source *
+                   source.frame.local_from_scan()),
+          h.inlier_threshold,
+          h.log10_nfa,
+          h.log10_nfa_poisson,
+          h.evidence,
+          h.rms,
+          h.consensus};
 }
 
 }  // namespace detail
@@ -107,7 +112,7 @@ inline prepared_map prepare_positions(position_set stems, bool horizontal_distan
 }
 
 /// Ranked hypotheses by `algorithm_1` at one tolerance.
-inline std::vector<hypothesis> propose_by_algorithm_1(const detail::matching_context& context,
+inline std::vector<local_hypothesis> propose_by_algorithm_1(const detail::matching_context& context,
                                                       double inlier_threshold,
                                                       const matching_options& options,
                                                       matching_funnel& funnel, const execution& exec) {
@@ -125,18 +130,18 @@ inline std::vector<hypothesis> propose_by_algorithm_1(const detail::matching_con
 
 /// Ranked hypotheses by the index at one tolerance after the other, the finest first, until chance no longer
 /// explains what is found. Small maps are searched once more, patiently, when that never happens.
-inline std::vector<hypothesis> propose_by_index(const detail::matching_context& context,
+inline std::vector<local_hypothesis> propose_by_index(const detail::matching_context& context,
                                                 const prepared_map& target, const null_model& null,
                                                 std::span<const double> proposing,
                                                 std::span<const double> pairing,
                                                 const indexed_matching_options& options,
                                                 matching_funnel& funnel, const execution& exec) {
-  std::vector<hypothesis> hypotheses;
+  std::vector<local_hypothesis> hypotheses;
   const auto search = [&](const detail::triangle_index& triangles, bool exhaustive) {
     for (const double inlier_threshold : proposing) {
       auto proposed = match_by_index(context, triangles, inlier_threshold, null, pairing, options, exhaustive,
                                      funnel, exec);
-      for (hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, context);
+      for (local_hypothesis& h : proposed) add_distinct(std::move(h), hypotheses, context);
       keep_best(hypotheses, options.max_hypotheses);
       if (!hypotheses.empty() && hypotheses.front().log10_nfa < options.sufficient_log10_nfa) return true;
     }
@@ -157,7 +162,7 @@ inline std::vector<hypothesis> propose_by_index(const detail::matching_context& 
 /// The target stems that a hypothesis pairs as a stand of their own: some thousands from one place where
 /// there are more, and none where they are too few to tell rows from likeness by chance. They may stand in
 /// rows though most of the map does not.
-inline detail::background_density paired_background(const hypothesis& h,
+inline detail::background_density paired_background(const local_hypothesis& h,
                                                     const detail::matching_context& context) {
   constexpr std::size_t minimum = 20;
   constexpr double maximum = 4096;
@@ -165,9 +170,9 @@ inline detail::background_density paired_background(const hypothesis& h,
   position_set paired;
   if (h.correspondences.size() >= minimum) {
     const auto place = [&](const correspondence& c) { return context.target.at[c.target]; };
-    const Eigen::Vector3d center = place(h.correspondences[h.correspondences.size() / 2]);
+    const vec3 center = place(h.correspondences[h.correspondences.size() / 2]);
     for (const correspondence& c : h.correspondences)
-      if ((place(c) - center).head<2>().norm() < radius) paired.at.push_back(place(c));
+      if ((place(c) - center).xy().norm() < radius) paired.at.push_back(place(c));
   }
   return detail::background_density(paired, std::make_shared<detail::position_index>(paired));
 }
@@ -175,20 +180,20 @@ inline detail::background_density paired_background(const hypothesis& h,
 /// Of a stand in rows: adds what its gaps or residuals tell, to the evidence and to the hypotheses, and ranks
 /// them.
 template <class Evidence>
-void score_by_lattice(const Evidence& evidence, double search_radius, std::vector<hypothesis>& hypotheses,
+void score_by_lattice(const Evidence& evidence, double search_radius, std::vector<local_hypothesis>& hypotheses,
                       const detail::matching_context& context, const null_model& null,
                       std::span<const double> thresholds) {
   constexpr std::size_t maximum = 16;  // motions of the lattice that are tried
   constexpr double significant =
       -2;  // log10 of false alarms: the best of all motions of the lattice is near 0
-  std::vector<hypothesis> candidates = evidence.propose(maximum);
+  std::vector<local_hypothesis> candidates = evidence.propose(maximum);
   // A few stems that happen to meet closely are a hypothesis as well, though most stems say where it lies.
-  for (const hypothesis& h : hypotheses)
+  for (const local_hypothesis& h : hypotheses)
     if (auto with_all_stems =
             verify(context, context.pair_stems(h.target_from_source, search_radius), search_radius))
       candidates.push_back(std::move(*with_all_stems));
-  std::vector<hypothesis> distinct = std::move(hypotheses);
-  for (hypothesis& h : candidates) {
+  std::vector<local_hypothesis> distinct = std::move(hypotheses);
+  for (local_hypothesis& h : candidates) {
     // In rows chance explains as much at any tolerance; that of what was found so far may not fit the stems.
     const double inlier_threshold = threshold_from_residuals(context, h, thresholds);
     score_hypothesis(h, context, null, std::span(&inlier_threshold, 1));
@@ -205,22 +210,22 @@ void score_by_lattice(const Evidence& evidence, double search_radius, std::vecto
 
 /// The best of ranked hypotheses as it is returned, and its rivals as they compare with it. `has_lattice`:
 /// the target stands so.
-inline std::vector<hypothesis> finalize_hypotheses(std::vector<hypothesis>&& proposed,
+inline std::vector<local_hypothesis> finalize_hypotheses(std::vector<local_hypothesis>&& proposed,
                                                    const detail::matching_context& context, null_model null,
                                                    std::span<const double> thresholds, bool has_lattice,
                                                    const indexed_matching_options& options) {
   if (proposed.empty()) return {};
-  hypothesis best = std::move(proposed.front());
+  local_hypothesis best = std::move(proposed.front());
   fit_robustly(best, context);
   null.include_lattice_of(paired_background(best, context));
   null.score(best,
              null.residuals_under(best.target_from_source, best.inlier_threshold, best.inlier_threshold));
   // What a coarse tolerance makes of a rival counts for nothing where a fine one explains the stems.
   const double inlier_threshold = best.inlier_threshold;
-  std::vector<hypothesis> finalized, alternatives = lattice_alternatives(best, context);
+  std::vector<local_hypothesis> finalized, alternatives = lattice_alternatives(best, context);
   std::move(proposed.begin() + 1, proposed.end(), std::back_inserter(alternatives));
   finalized.push_back(std::move(best));
-  for (hypothesis& alternative : alternatives) {
+  for (local_hypothesis& alternative : alternatives) {
     score_hypothesis(alternative, context, null, std::span(&inlier_threshold, 1));
     add_distinct(std::move(alternative), finalized, context);
   }
@@ -243,7 +248,7 @@ inline std::vector<hypothesis> finalize_hypotheses(std::vector<hypothesis>&& pro
 }
 
 /// Ranked hypotheses, weighed against chance.
-inline std::vector<hypothesis> propose(const detail::matching_context& context, const prepared_map& target,
+inline std::vector<local_hypothesis> propose(const detail::matching_context& context, const prepared_map& target,
                                        const matching_options& options, matching_funnel& funnel,
                                        const execution& exec) {
   using thresholds = std::span<const double>;
@@ -251,12 +256,12 @@ inline std::vector<hypothesis> propose(const detail::matching_context& context, 
       options.inlier_threshold ? thresholds(&*options.inlier_threshold, 1) : proposal_thresholds;
   const thresholds pairing = options.inlier_threshold ? proposing : pairing_thresholds;
   const null_model null(context, target.background, pairing, proposing);
-  std::vector<hypothesis> hypotheses;
+  std::vector<local_hypothesis> hypotheses;
   if (options.proposal == proposal::triangle_index) {
     hypotheses = propose_by_index(context, target, null, proposing, pairing, options.indexed, funnel, exec);
   } else {
     for (const double inlier_threshold : proposing) {
-      for (hypothesis& h : propose_by_algorithm_1(context, inlier_threshold, options, funnel, exec)) {
+      for (local_hypothesis& h : propose_by_algorithm_1(context, inlier_threshold, options, funnel, exec)) {
         score_hypothesis(h, context, null, pairing);
         add_distinct(std::move(h), hypotheses, context);
       }
@@ -270,8 +275,8 @@ inline std::vector<hypothesis> propose(const detail::matching_context& context, 
 
 /// Leaves the best of ranked hypotheses and its rivals: what chance alone explains is none, but for the next
 /// best one.
-inline void remove_insignificant(std::vector<hypothesis>& hypotheses, const decision_options& options) {
-  const auto explained = [&](const hypothesis& h) {
+inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, const decision_options& options) {
+  const auto explained = [&](const local_hypothesis& h) {
     return std::min(h.log10_nfa, h.log10_nfa_poisson) > std::log10(options.max_nfa);
   };
   if (hypotheses.size() > 2)
@@ -279,29 +284,30 @@ inline void remove_insignificant(std::vector<hypothesis>& hypotheses, const deci
 }
 
 /// Judges the hypotheses, which are in the frames of `context`, and tells the caller in theirs.
-inline void conclude(matching& result, const detail::matching_context& context,
-                     const matching_options& options) {
+inline void conclude(matching& result, std::vector<local_hypothesis>&& hypotheses,
+                     const detail::matching_context& context, const matching_options& options) {
   context.poll_cancelled();
-  const decision decided = decide(result.hypotheses, context, options.decision);
+  const decision decided = decide(hypotheses, context, options.decision);
   result.outcome = decided.outcome;
   result.reason = decided.reason;
   context.poll_cancelled();
-  result.probability = probability_of(result.hypotheses, options.decision);
-  if (result.hypotheses.empty()) {
+  result.probability = probability_of(hypotheses, options.decision);
+  if (hypotheses.empty()) {
     result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds.back());
     return;
   }
   if (result.outcome == outcome::registered) {
-    result.uncertainty = uncertainty_of(result.hypotheses.front(), context);
-    if (result.uncertainty) result.uncertainty = in_caller_frame(*result.uncertainty, context.target.frame);
+    if (const auto local = uncertainty_of(hypotheses.front(), context))
+      result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
   }
   context.poll_cancelled();
-  for (hypothesis& h : result.hypotheses) in_caller_frames(h, context.source, context.target);
+  for (local_hypothesis& h : hypotheses)
+    result.hypotheses.push_back(in_caller_frames(std::move(h), context.source, context.target));
   const hypothesis& best = result.hypotheses.front();
   result.inlier_threshold = best.inlier_threshold;
   result.funnel.consensus = best.consensus;
   result.funnel.correspondences = best.correspondences.size();
-  if (result.outcome == outcome::registered) result.target_from_source = best.target_from_source;
+  if (result.outcome == outcome::registered) result.target_from_source.emplace(best.target_from_source);
 }
 
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
@@ -328,16 +334,17 @@ inline matching match_prepared(const position_set& source, const prepared_map& t
                                     : "target was prepared for distances in plan; prepare it with dof six");
   result.funnel.source_stems = source.size();
   result.funnel.target_stems = target.stems.size();
-  result.hypotheses = propose(context, target, options, result.funnel, exec);
-  remove_insignificant(result.hypotheses, options.decision);
+  auto hypotheses = propose(context, target, options, result.funnel, exec);
+  remove_insignificant(hypotheses, options.decision);
   if (swapped) {
-    for (hypothesis& h : result.hypotheses) h = reversed(std::move(h));
+    for (local_hypothesis& h : hypotheses) h = reversed(std::move(h));
     std::swap(result.funnel.source_stems, result.funnel.target_stems);
     std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
   }
   if (target.background->has_lattice())
-    result.lattice = find_lattice(swapped ? *context.source_index : *context.target_index);
-  conclude(result, swapped ? context.reversed() : context, options);
+    if (const auto found = find_lattice(swapped ? *context.source_index : *context.target_index))
+      result.lattice.emplace(planting_lattice{to_eigen(found->first), to_eigen(found->second)});
+  conclude(result, std::move(hypotheses), swapped ? context.reversed() : context, options);
   return result;
 }
 }  // namespace detail

@@ -3,8 +3,6 @@
 // Cost: O(n log n + n K^2).
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -52,15 +50,15 @@ inline triangle make_triangle(const position_set& stems, std::array<stem_index, 
   const auto longest = std::max_element(e.begin(), e.end()) - e.begin();
   std::rotate(v.begin(), v.begin() + longest, v.end());
   std::rotate(e.begin(), e.begin() + longest, e.end());
-  const Eigen::Vector3d a = at[v[1]] - at[v[0]], b = at[v[2]] - at[v[0]];
-  if (a.x() * b.y() - a.y() * b.x() < 0) {
+  const detail::vec3 a = at[v[1]] - at[v[0]], b = at[v[2]] - at[v[0]];
+  if (a.x * b.y - a.y * b.x < 0) {
     std::swap(v[1], v[2]);
     std::swap(e[1], e[2]);
   }
   const double longest_horizontally =
-      std::max({a.head<2>().norm(), b.head<2>().norm(), (a - b).head<2>().norm()});
+      std::max({a.xy().norm(), b.xy().norm(), (a - b).xy().norm()});
   return {v, e,
-          longest_horizontally > 0 ? std::abs(a.x() * b.y() - a.y() * b.x()) / longest_horizontally : 0};
+          longest_horizontally > 0 ? std::abs(a.x * b.y - a.y * b.x) / longest_horizontally : 0};
 }
 
 /// Edge lengths [m] as a point that the triangle is found at.
@@ -78,7 +76,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   const std::size_t neighbors =
       std::min(std::size_t(options.neighbors), size - std::min<std::size_t>(size, 1));
   const detail::neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
-    return Eigen::Vector3d(stems.at[i].x(), stems.at[i].y(), horizontal ? 0.0 : stems.at[i].z());
+    return Eigen::Vector3d(stems.at[i].x, stems.at[i].y, horizontal ? 0.0 : stems.at[i].z);
   });
   constexpr std::size_t chunk = 32;
   using triplet = std::array<stem_index, 3>;  // sorted

@@ -4,5 +4,5 @@
 #include <vector>
 
 int main() {
-  globalmatch::model_ground(std::vector<int>(3));
+  globalmatch::detail::model_ground(std::vector<int>(3));
 }

@@ -215,9 +215,10 @@ struct rotation_of_covariance {
     const svd_of_mat3 svd(covariance);
     singular_values = svd.values;
     mat3 v = svd.v;
-    const mat3 back = svd.u.transpose();
-    if ((v * back).determinant() < 0) v.columns[2] = -v.columns[2];
-    rotation = v * back;
+    if ((v * svd.u.transpose()).determinant() < 0) v.columns[2] = -v.columns[2];
+    for (int c = 0; c < 3; ++c)  // summed from the back, as Eigen does where it multiplies by a diagonal
+      for (int r = 0; r < 3; ++r)
+        rotation(r, c) = v(r, 0) * svd.u(c, 0) + (v(r, 1) * svd.u(c, 1) + v(r, 2) * svd.u(c, 2));
   }
 };
 

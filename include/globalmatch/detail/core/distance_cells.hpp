@@ -2,9 +2,6 @@
 // a distance from one of them. Memory and time: quadratic in the stems.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -14,11 +11,10 @@
 #include <vector>
 
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
 
@@ -30,10 +26,14 @@ class distance_cells {
       : size_(stems.size()), epsilon_(epsilon) {
     // A little wider than the tolerance, so that rounding cannot put alike distances two cells apart.
     per_meter_ = 1 / std::max(epsilon * (1 + 1e-9), min_cell);
-    Eigen::AlignedBox3d box;
-    for (const Eigen::Vector3d& p : stems.at) box.extend(p);
+    vec3 low = size_ > 0 ? stems.at.front() : vec3{}, high = low;
+    for (const vec3& p : stems.at)
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = std::min(low[axis], p[axis]);
+        high[axis] = std::max(high[axis], p[axis]);
+      }
     cells_ = 1;
-    if (size_ > 0) cells_ += 1 + std::size_t(std::min(box.diagonal().norm() * per_meter_, max_cells));
+    if (size_ > 0) cells_ += 1 + std::size_t(std::min((high - low).norm() * per_meter_, max_cells));
     first_.assign(size_ * (cells_ + 1), 0);
     entries_.resize(size_ * size_);
     near_.assign(size_ * cells_, 0);

@@ -1,8 +1,6 @@
 // Which stems stand around a place in plan, for maps of any size and shape.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,7 +26,7 @@ inline double middle_extent(const position_set& stems, int axis) {
   if (stems.size() == 0) return 0;
   std::vector<double> values;
   values.reserve(stems.size());
-  for (const Eigen::Vector3d& p : stems.at) values.push_back(p[axis]);
+  for (const vec3& p : stems.at) values.push_back(p[axis]);
   const auto tenth = std::ptrdiff_t(values.size() / 10);
   const auto low = values.begin() + tenth, high = values.end() - 1 - tenth;
   std::nth_element(values.begin(), low, values.end());
@@ -51,18 +49,18 @@ class position_index {
     for (spacing_ = typical_spacing(stems);; spacing_ = std::max(min_area, spacing_ / 2)) {
       report_progress(exec, "plan index", 0.5);
       grid_ = grid(stems.size(), spacing_, [&](std::size_t i) {
-        return grid::item{{stems.at[i].x(), stems.at[i].y()}, static_cast<stem_index>(i)};
+        return grid::item{{stems.at[i].x, stems.at[i].y}, static_cast<stem_index>(i)};
       });
       if (spacing_ <= min_area || grid_.mean_occupancy() < max_occupancy) break;
     }
     report_progress(exec, "plan index", 1);
     at_.reserve(stems.size());
-    for (const Eigen::Vector3d& p : stems.at) at_.push_back(p.head<2>());
+    for (const vec3& p : stems.at) at_.push_back(p.xy());
   }
 
   std::size_t size() const { return at_.size(); }
   /// [m] in plan
-  const Eigen::Vector2d& at(stem_index i) const { return at_[i]; }
+  const vec2& at(stem_index i) const { return at_[i]; }
   /// Distance [m] of stems on a square grid of equal density.
   double spacing() const { return spacing_; }
 
@@ -90,9 +88,9 @@ class position_index {
     for (double radius = 1.5 * spacing_;; radius *= 2) {
       found.clear();
       std::size_t in_reach = 0;
-      grid_.for_each_near({at_[i].x(), at_[i].y()}, radius, [&](const auto& item) {
+      grid_.for_each_near({at_[i].x, at_[i].y}, radius, [&](const auto& item) {
         ++in_reach;
-        const double squared = (at_[item.label] - at_[i]).squaredNorm();
+        const double squared = (at_[item.label] - at_[i]).squared_norm();
         if (item.label != i && squared < radius * radius) found.push_back({item.label, squared});
       });
       if (found.size() >= k || in_reach == at_.size()) break;
@@ -116,11 +114,11 @@ class position_index {
   void all_others(std::size_t i, std::vector<neighbor<double>>& found) const {
     found.clear();
     for (std::uint32_t j = 0; j < at_.size(); ++j)
-      if (j != i) found.push_back({j, (at_[j] - at_[i]).squaredNorm()});
+      if (j != i) found.push_back({j, (at_[j] - at_[i]).squared_norm()});
   }
 
   double spacing_ = 1;
-  std::vector<Eigen::Vector2d> at_;
+  std::vector<vec2> at_;
   grid grid_;
 };
 

@@ -53,13 +53,12 @@ class small_solver {
     return b;
   }
 
+  /// Has the bits of Eigen's solution for the identity, which takes rows four at a time.
   small_matrix inverse() const {
     small_matrix result;
     result.size = l_.size;
     for (std::size_t c = 0; c < l_.size; ++c) {
-      small_vector unit{};
-      unit[c] = 1;
-      const small_vector column = solve(unit);
+      const small_vector column = solve_in_panels(c);
       for (std::size_t r = 0; r < l_.size; ++r) result(r, c) = column[r];
     }
     return result;
@@ -69,6 +68,39 @@ class small_solver {
   small_matrix l_;  // below the diagonal L, on it D
   std::array<std::size_t, 6> swaps_{};
   bool succeeded_ = true;
+
+  /// Solves for column `c` of the identity.
+  small_vector solve_in_panels(std::size_t c) const {
+    constexpr std::size_t panel = 4;
+    const std::size_t n = l_.size;
+    small_vector b{};
+    b[c] = 1;
+    for (std::size_t k = 0; k < n; ++k) std::swap(b[k], b[swaps_[k]]);
+    for (std::size_t i = 0; i < n; ++i) {
+      const std::size_t own = i / panel * panel;  // where the rows taken together with this one begin
+      if (own > 0 && i == own)
+        for (std::size_t r = own; r < n; ++r) b[r] -= sum_of_products(r, 0, own, b);
+      for (std::size_t j = own; j < i; ++j) b[i] -= b[j] * l_(i, j);
+    }
+    for (std::size_t i = 0; i < n; ++i)
+      b[i] = std::abs(l_(i, i)) > std::numeric_limits<double>::min() ? b[i] / l_(i, i) : 0;
+    const std::size_t lower = n > panel ? n - panel : 0;  // rows from here on are taken first
+    for (std::size_t i = n; i-- > lower;) b[i] -= sum_of_transposed(i, i + 1, n, b);
+    for (std::size_t i = 0; i < lower; ++i) b[i] -= sum_of_transposed(i, lower, n, b);
+    for (std::size_t i = lower; i-- > 0;) b[i] -= sum_of_transposed(i, i + 1, lower, b);
+    for (std::size_t k = n; k-- > 0;) std::swap(b[k], b[swaps_[k]]);
+    return b;
+  }
+  double sum_of_products(std::size_t row, std::size_t begin, std::size_t end, const small_vector& b) const {
+    double sum = 0;
+    for (std::size_t j = begin; j < end; ++j) sum += l_(row, j) * b[j];
+    return sum;
+  }
+  double sum_of_transposed(std::size_t row, std::size_t begin, std::size_t end, const small_vector& b) const {
+    double sum = 0;
+    for (std::size_t j = begin; j < end; ++j) sum += l_(j, row) * b[j];
+    return sum;
+  }
 
   /// Two fixed orders of Eigen's: of numbers one by one, and of registers of two.
   static double sum_by_halves(const double* x, std::size_t n) {

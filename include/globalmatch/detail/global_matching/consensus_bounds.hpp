@@ -71,7 +71,7 @@ class vote_bounds {
       if (source != s) {
         source = s;
         counts.assign(cells.cells(), 0);
-        for (const Eigen::Vector3d& p : at)
+        for (const vec3& p : at)
           ++counts[cells.cell(stem_distance(at[s], p, finder_.horizontal()))];
         source_distances.clear();
         for (const correspondence& p : popular_)

@@ -2,8 +2,6 @@
 // stem laid among them, by chance, lies near one.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -90,8 +88,8 @@ class background_density {
   bool has_lattice() const { return !lattice_.empty(); }
 
   /// Whether stems stand around a place.
-  bool surrounds(const Eigen::Vector3d& place) const {
-    return index_->any_within(place.x(), place.y(), surroundings_factor * stem_radius_);
+  bool surrounds(const vec3& place) const {
+    return index_->any_within(place.x, place.y, surroundings_factor * stem_radius_);
   }
 
  private:
@@ -153,7 +151,7 @@ class background_density {
 
   autocorrelation autocorrelate(const position_set& stems) const {
     constexpr std::size_t origins = 8, shifts = 4, max_stems = 32;
-    const std::vector<Eigen::Vector3d>& at = stems.at;
+    const std::vector<vec3>& at = stems.at;
     autocorrelation own;
     if (at.size() < origins) return own;
     const std::size_t origin_step = at.size() / origins, step = (at.size() + max_stems - 1) / max_stems;
@@ -161,7 +159,7 @@ class background_density {
     for (std::size_t o = 0; o < origins * origin_step; o += origin_step) {
       index_->nearest(o, shifts, nearest);
       for (const auto& n : nearest) {
-        const Eigen::Vector3d shift = at[n.index] - at[o];
+        const vec3 shift = at[n.index] - at[o];
         for (std::size_t i = 0; i < at.size(); i += step)
           if (i != o)  // which is laid on the stem that the shift was taken from
             accumulate(at[i] + shift, stem_index(i), own);
@@ -173,15 +171,15 @@ class background_density {
   }
 
   /// Lays stem `itself`, which is not met there, at a place; counts what it meets by rings.
-  void accumulate(const Eigen::Vector3d& place, stem_index itself, autocorrelation& own) const {
+  void accumulate(const vec3& place, stem_index itself, autocorrelation& own) const {
     constexpr double max_mean_offset = 0.35;  // radii: half a circle of stems has its mean at 0.42
     const double distance = distance_of(classes - 1),
                  radius = std::max(distance, surroundings_factor * stem_radius_);
     double nearest = distance * distance, count = 0;
-    Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+    vec2 sum = vec2{};
     const auto before = own.all;
-    index_->for_each_within(place.x(), place.y(), radius, [&](stem_index j, double squared) {
-      sum += index_->at(j) - place.head<2>();
+    index_->for_each_within(place.x, place.y, radius, [&](stem_index j, double squared) {
+      sum += index_->at(j) - place.xy();
       ++count;
       if (j == itself || squared >= distance * distance) return;
       nearest = std::min(nearest, squared);

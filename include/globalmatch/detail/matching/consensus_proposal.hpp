@@ -21,7 +21,7 @@ namespace globalmatch::detail {
 /// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
 /// the sets that promise most among the pairs it does not explain. `epsilon` in metres. `tested`
 /// receives the number of consensus sets that were counted.
-inline std::vector<hypothesis> propose_by_consensus(const matching_context& context,
+inline std::vector<local_hypothesis> propose_by_consensus(const matching_context& context,
                                                     std::span<const triangle_pair> pairs, double epsilon,
                                                     const global_matching_options& options = {},
                                                     const execution& exec = {},
@@ -31,7 +31,7 @@ inline std::vector<hypothesis> propose_by_consensus(const matching_context& cont
   const consensus_finder finder(context.source, context.target, context.horizontal, pairs, epsilon, exec);
   const consensus_search search = largest_consensus(finder, options.sufficient, exec);
   if (tested) *tested = search.visited;
-  std::vector<hypothesis> hypotheses;
+  std::vector<local_hypothesis> hypotheses;
   const auto verify_seed = [&](std::size_t seed) {
     const auto consensus = finder.consensus(seed);
     auto h = verify(context, vote_correspondences(finder, consensus), epsilon);
@@ -43,7 +43,7 @@ inline std::vector<hypothesis> propose_by_consensus(const matching_context& cont
   int verified = 1;
   for (const std::uint32_t seed : search.order) {
     if (verified == options.max_seeds || hypotheses.size() == std::size_t(options.max_hypotheses)) break;
-    const auto explains = [&](const hypothesis& h) {
+    const auto explains = [&](const local_hypothesis& h) {
       return leads_to(correspondences_of(pairs[seed]), h, context);
     };
     if (std::any_of(hypotheses.begin(), hypotheses.end(), explains)) continue;

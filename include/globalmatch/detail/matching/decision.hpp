@@ -1,10 +1,6 @@
 // Verdict: is the best hypothesis to be trusted?
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -16,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/decompositions.hpp"
+#include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/matching.hpp"
@@ -37,7 +35,7 @@ struct decision_features {
 };
 
 /// The evidence of ranked hypotheses. A rival that is as bad as can be stands in for one that was not found.
-inline decision_features features_of(std::span<const hypothesis> hypotheses) {
+inline decision_features features_of(std::span<const local_hypothesis> hypotheses) {
   constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing more is told
   if (hypotheses.empty()) return {max_log10_nfa, 0, 0};
   const double best = hypotheses[0].log10_nfa;
@@ -51,7 +49,7 @@ inline decision_features features_of(std::span<const hypothesis> hypotheses) {
 /// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
 /// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
 /// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
-inline double probability_of(std::span<const hypothesis> hypotheses, const decision_options& options = {}) {
+inline double probability_of(std::span<const local_hypothesis> hypotheses, const decision_options& options = {}) {
   constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
                    pairs_coefficient = 0.773, max_if_insignificant = 0.99;
   const decision_features e = features_of(hypotheses);
@@ -64,45 +62,41 @@ inline double probability_of(std::span<const hypothesis> hypotheses, const decis
 }
 
 /// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
-inline double minor_axis_sigma(const hypothesis& h, const position_set& source) {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  for (const correspondence& c : h.correspondences) mean += source.at[c.source].head<2>();
+inline double minor_axis_sigma(const local_hypothesis& h, const position_set& source) {
+  vec2 mean = vec2{};
+  for (const correspondence& c : h.correspondences) mean += source.at[c.source].xy();
   mean /= double(h.correspondences.size());
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  mat2 covariance = mat2{};
   for (const correspondence& c : h.correspondences) {
-    const Eigen::Vector2d d = source.at[c.source].head<2>() - mean;
-    covariance += d * d.transpose() / double(h.correspondences.size());
+    const vec2 d = source.at[c.source].xy() - mean;
+    covariance += outer(d, d) / double(h.correspondences.size());
   }
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-  solver.computeDirect(covariance, Eigen::EigenvaluesOnly);
-  return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+  return std::sqrt(std::max(0.0, symmetric_eigen(covariance).values.x));
 }
 
 /// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
 /// beyond doubt: less three standard deviations. 0 for fewer than six pairs, for those in a line, and where
 /// most heights fit better without it: a few stems whose ground is hidden make no slope.
-inline double certain_tilt(const hypothesis& h, const matching_context& context) {
+inline double certain_tilt(const local_hypothesis& h, const matching_context& context) {
   constexpr std::size_t unknowns = 3, minimum = unknowns + 3;
   constexpr double deviations = 3;
   const std::size_t count = h.correspondences.size();
   if (count < minimum) return 0;
-  std::vector<Eigen::Vector3d> rows;
+  std::vector<vec3> rows;
   std::vector<double> vertical_offsets;
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right = Eigen::Vector3d::Zero();
-  const Eigen::Vector3d center = context.target.at[h.correspondences.front().target];
+  mat3 normal = mat3{};
+  vec3 right = vec3{};
+  const vec3 center = context.target.at[h.correspondences.front().target];
   for (const correspondence& c : h.correspondences) {
-    const Eigen::Vector3d& t = context.target.at[c.target];
-    rows.push_back({1, t.x() - center.x(), t.y() - center.y()});
-    vertical_offsets.push_back(t.z() - (h.target_from_source * context.source.at[c.source]).z());
-    normal += rows.back() * rows.back().transpose();
+    const vec3& t = context.target.at[c.target];
+    rows.push_back({1, t.x - center.x, t.y - center.y});
+    vertical_offsets.push_back(t.z - (h.target_from_source * context.source.at[c.source]).z);
+    normal += outer(rows.back(), rows.back());
     right += vertical_offsets.back() * rows.back();
   }
-  Eigen::Matrix3d inverse;
-  bool not_in_a_line = false;
-  normal.computeInverseWithCheck(inverse, not_in_a_line);
-  if (!not_in_a_line) return 0;
-  const Eigen::Vector3d plane = inverse * right;
+  if (!normal.is_invertible()) return 0;  // in a line
+  const mat3 inverse = normal.inverse();
+  const vec3 plane = inverse * right;
   std::vector<double> flat, sloped;
   double squares = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -113,18 +107,19 @@ inline double certain_tilt(const hypothesis& h, const matching_context& context)
   if (median(sloped) >= median(flat)) return 0;
   // Student's t of n degrees of freedom has the variance n / (n - 2).
   const double variance = squares / double(count - unknowns - 2);
-  const Eigen::Vector2d slope = plane.tail<2>();
+  const vec2 slope{plane.y, plane.z};
   const double length = slope.norm();
   if (!(length > 0)) return 0;
+  const mat2 of_slope{{{inverse(1, 1), inverse(2, 1)}, {inverse(1, 2), inverse(2, 2)}}};
   const double doubt =
-      std::sqrt(std::max(0.0, variance * slope.dot(inverse.bottomRightCorner<2, 2>() * slope))) / length;
+      std::sqrt(std::max(0.0, variance * slope.dot(of_slope * slope))) / length;
   return std::atan(std::max(0.0, length - deviations * doubt));
 }
 
 /// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
 /// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
 /// ranked, distinct, weighed against chance at one tolerance, and in the frames of `context`.
-inline decision decide(std::span<const hypothesis> hypotheses, const matching_context& context,
+inline decision decide(std::span<const local_hypothesis> hypotheses, const matching_context& context,
                        const decision_options& options = {}) {
   require_valid(options);
   const position_set &source = context.source, &target = context.target;

@@ -1,9 +1,6 @@
 // Hypotheses: a motion with the stems it pairs. Verified over all stems, ranked, and told apart.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,37 +18,49 @@
 
 #include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/sort_stably.hpp"
+#include "globalmatch/detail/core/rigid_fit.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/funnel.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/transform.hpp"
 
 namespace globalmatch::detail {
 
-/// What a witness says of a motion.
+/// A hypothesis in the levelled local frames; see `globalmatch::hypothesis`.
+struct local_hypothesis {
+  std::vector<correspondence> correspondences;  ///< one to one, increasing
+  rigid target_from_source;
+  double inlier_threshold = 0;   ///< [m] stems this near each other were paired
+  double log10_nfa = 0;          ///< see `null_model.hpp`
+  double log10_nfa_poisson = 0;  ///< the same if stems stood at random
+  evidence_source evidence = evidence_source::stems;
+  double rms = 0;             ///< [m] distance of paired stems
+  std::size_t consensus = 0;  ///< triangle pairs in its consensus set
+};
+
+/// What one kind of evidence makes of a transform.
 struct evidence_score {
   double log10_nfa = 0;  ///< motions that would do as well by chance
   evidence_source evidence = evidence_source::stems;
 };
 
 /// Less explainable by chance first, then more paired stems, then nearer ones, then larger consensus sets.
-inline bool ranks_before(const hypothesis& a, const hypothesis& b) {
-  const auto merit = [](const hypothesis& h) {
+inline bool ranks_before(const local_hypothesis& a, const local_hypothesis& b) {
+  const auto merit = [](const local_hypothesis& h) {
     return std::tuple(-h.log10_nfa, h.correspondences.size(), -h.rms, h.consensus);
   };
   return merit(a) > merit(b);
 }
 
 /// Ranks hypotheses, the best first; equal ones keep their order.
-inline void rank(std::vector<hypothesis>& hypotheses) {
+inline void rank(std::vector<local_hypothesis>& hypotheses) {
   sort_stably(hypotheses, ranks_before);
 }
 
 /// Ranks hypotheses and forgets all but the `maximum` best.
-inline void keep_best(std::vector<hypothesis>& hypotheses, std::size_t maximum) {
+inline void keep_best(std::vector<local_hypothesis>& hypotheses, std::size_t maximum) {
   rank(hypotheses);
   if (hypotheses.size() > maximum)
     hypotheses.erase(hypotheses.begin() + std::ptrdiff_t(maximum), hypotheses.end());
@@ -103,19 +112,19 @@ class matching_context {
   /// Whether heights tell, apart from distances, which stems cannot be one.
   bool uses_heights() const { return horizontal_distances() && !horizontal; }
   /// Whether the heights allow that a laid source stem is this target stem.
-  bool heights_agree(const Eigen::Vector3d& transformed, stem_index t) const {
-    return !uses_heights() || std::abs(transformed.z() - target.at[t].z()) < vertical_threshold;
+  bool heights_agree(const vec3& transformed, stem_index t) const {
+    return !uses_heights() || std::abs(transformed.z - target.at[t].z) < vertical_threshold;
   }
 
   /// Calls `visit(target stem, distance)` for the target stems nearer than `inlier_threshold` [m] to a
   /// position.
   template <class Visit>
-  void for_each_inlier(const Eigen::Vector3d& transformed, double inlier_threshold,
+  void for_each_inlier(const vec3& transformed, double inlier_threshold,
                        const Visit& visit) const {
-    target_index->for_each_within(transformed.x(), transformed.y(), inlier_threshold,
+    target_index->for_each_within(transformed.x, transformed.y, inlier_threshold,
                                   [&](stem_index t, double squared) {
                                     if (!horizontal_distances()) {
-                                      squared = (transformed - target.at[t]).squaredNorm();
+                                      squared = (transformed - target.at[t]).squared_norm();
                                       if (squared >= inlier_threshold * inlier_threshold) return;
                                     }
                                     if (heights_agree(transformed, t)) visit(t, std::sqrt(squared));
@@ -125,17 +134,17 @@ class matching_context {
   /// Calls `visit(source stem)` for those nearer to `center` than `radius` [m in plan], which may be
   /// infinite.
   template <class Visit>
-  void for_each_source_within(const Eigen::Vector3d& center, double radius, const Visit& visit) const {
+  void for_each_source_within(const vec3& center, double radius, const Visit& visit) const {
     if (std::isfinite(radius))
-      source_index->for_each_within(center.x(), center.y(), radius, [&](stem_index s, double) { visit(s); });
+      source_index->for_each_within(center.x, center.y, radius, [&](stem_index s, double) { visit(s); });
     else
       for (stem_index s = 0; s < source.size(); ++s) visit(s);
   }
 
   /// Pairs source stems with the target stems they are laid on, nearest first, one to one, within
   /// `inlier_threshold` [m]. Only source stems nearer to `center` than `radius` [m in plan] are looked at.
-  std::vector<correspondence> pair_stems(const Eigen::Isometry3d& target_from_source, double inlier_threshold,
-                                         const Eigen::Vector3d& center = Eigen::Vector3d::Zero(),
+  std::vector<correspondence> pair_stems(const rigid& target_from_source, double inlier_threshold,
+                                         const vec3& center = vec3{},
                                          double radius = std::numeric_limits<double>::infinity()) const {
     std::vector<std::pair<double, correspondence>> candidates;
     std::size_t visited = 0;
@@ -163,16 +172,16 @@ class matching_context {
 
   /// Least squares motion over the correspondences, all equal or with `weights`; in 4-DoF its height is the
   /// median of what they ask for.
-  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs,
+  std::optional<rigid> fit(std::span<const correspondence> pairs,
                                        std::span<const double> weights = {}) const {
     constexpr std::size_t few = 3;  // of the triangles, by the million
     if (pairs.size() <= few) {
-      std::array<Eigen::Vector3d, few> from, to;
+      std::array<vec3, few> from, to;
       std::array<double, few> vertical_offsets;
       const auto used = [&](auto& all) { return std::span(all).first(pairs.size()); };
       return fit(pairs, weights, used(from), used(to), used(vertical_offsets));
     }
-    std::vector<Eigen::Vector3d> from(pairs.size()), to(pairs.size());
+    std::vector<vec3> from(pairs.size()), to(pairs.size());
     std::vector<double> vertical_offsets(pairs.size());
     return fit(pairs, weights, from, to, vertical_offsets);
   }
@@ -186,13 +195,13 @@ class matching_context {
   }
 
   /// Distance [m] of two paired stems.
-  double residual(const Eigen::Isometry3d& target_from_source, const correspondence& c) const {
+  double residual(const rigid& target_from_source, const correspondence& c) const {
     return stem_distance(target_from_source * source.at[c.source], target.at[c.target],
                          horizontal_distances());
   }
 
   /// Root mean square distance [m] of paired stems.
-  double rms(const Eigen::Isometry3d& target_from_source, std::span<const correspondence> pairs) const {
+  double rms(const rigid& target_from_source, std::span<const correspondence> pairs) const {
     double squares = 0;
     for (const correspondence& c : pairs) squares += std::pow(residual(target_from_source, c), 2);
     return pairs.empty() ? 0 : std::sqrt(squares / double(pairs.size()));
@@ -201,16 +210,16 @@ class matching_context {
  private:
   static constexpr std::size_t poll_interval = 16384;  // stems
 
-  std::optional<Eigen::Isometry3d> fit(std::span<const correspondence> pairs, std::span<const double> weights,
-                                       std::span<Eigen::Vector3d> from, std::span<Eigen::Vector3d> to,
+  std::optional<rigid> fit(std::span<const correspondence> pairs, std::span<const double> weights,
+                                       std::span<vec3> from, std::span<vec3> to,
                                        std::span<double> vertical_offsets) const {
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       from[i] = source.at[pairs[i].source];
       to[i] = target.at[pairs[i].target];
-      vertical_offsets[i] = to[i].z() - from[i].z();
+      vertical_offsets[i] = to[i].z - from[i].z;
     }
-    auto transform = fit_transform(from, to, dof, weights);
-    if (transform && dof == degrees_of_freedom::four) transform->translation().z() = median(vertical_offsets);
+    auto transform = fit_rigid(from, to, dof, weights);
+    if (transform && dof == degrees_of_freedom::four) transform->translation.z = median(vertical_offsets);
     return transform;
   }
 };
@@ -232,9 +241,9 @@ inline std::vector<correspondence> drop_outliers(const matching_context& context
 }
 
 /// How far [m] two motions lay what is within `radius` of `center` apart, at most.
-inline double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-                           const Eigen::Vector3d& center, double radius) {
-  const double turn = Eigen::AngleAxisd(a.linear().transpose() * b.linear()).angle();
+inline double displacement(const rigid& a, const rigid& b,
+                           const vec3& center, double radius) {
+  const double turn = rotation_angle(transpose_times(a.rotation, b.rotation));
   return (a * center - b * center).norm() + turn * radius;
 }
 
@@ -243,20 +252,20 @@ inline double displacement(const Eigen::Isometry3d& a, const Eigen::Isometry3d& 
 /// `is_promising(target_from_source, center, radius)`. Nothing when it is not, or when fewer than three pairs
 /// are left.
 template <class IsPromising>
-std::optional<hypothesis> verify(const matching_context& context, std::span<const correspondence> start,
+std::optional<local_hypothesis> verify(const matching_context& context, std::span<const correspondence> start,
                                  double inlier_threshold, const IsPromising& is_promising) {
   constexpr int max_iterations = 20, max_interim_iterations = 3;
   constexpr double relative_convergence_threshold = 0.01;  // of the tolerance
   std::vector<correspondence> pairs = drop_outliers(context, start, inlier_threshold);
   if (pairs.empty()) return std::nullopt;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  vec3 center = vec3{};
   for (const correspondence& c : pairs) center += context.source.at[c.source] / double(pairs.size());
-  const auto distance = [&](const Eigen::Vector3d& p) { return (p - center).head<2>().norm(); };
+  const auto distance = [&](const vec3& p) { return (p - center).xy().norm(); };
   double started = 0, whole = 0;
   for (const correspondence& c : pairs) started = std::max(started, distance(context.source.at[c.source]));
-  for (const Eigen::Vector3d& p : context.source.at) whole = std::max(whole, distance(p));
+  for (const vec3& p : context.source.at) whole = std::max(whole, distance(p));
 
-  hypothesis h;
+  local_hypothesis h;
   h.inlier_threshold = inlier_threshold;
   for (double radius = std::max(2 * started, 20 * inlier_threshold);; radius *= 2) {
     const bool last = radius >= whole;
@@ -282,20 +291,20 @@ std::optional<hypothesis> verify(const matching_context& context, std::span<cons
 }
 
 /// The same for hypotheses that are promising whatever they look like around the start.
-inline std::optional<hypothesis> verify(const matching_context& context,
+inline std::optional<local_hypothesis> verify(const matching_context& context,
                                         std::span<const correspondence> start, double inlier_threshold) {
   return verify(context, start, inlier_threshold, [](const auto&...) { return true; });
 }
 
 /// Whether two hypotheses lay the source stems paired by either at places that differ by more than `distance`
 /// [m] on average: they then are rivals and not two views of one motion.
-inline bool differ(const hypothesis& a, const hypothesis& b, const matching_context& context,
+inline bool differ(const local_hypothesis& a, const local_hypothesis& b, const matching_context& context,
                    double distance) {
   double sum = 0;
   std::size_t count = 0;
-  for (const hypothesis* h : {&a, &b})
+  for (const local_hypothesis* h : {&a, &b})
     for (const correspondence& c : h->correspondences) {
-      const Eigen::Vector3d& p = context.source.at[c.source];
+      const vec3& p = context.source.at[c.source];
       sum +=
           stem_distance(a.target_from_source * p, b.target_from_source * p, context.horizontal_distances());
       ++count;
@@ -305,7 +314,7 @@ inline bool differ(const hypothesis& a, const hypothesis& b, const matching_cont
 
 /// Whether a triangle's motion would lead to a known hypothesis again: two correspondences fix a motion, so
 /// two shared ones that do not stand together are enough.
-inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypothesis& known,
+inline bool leads_to(const std::array<correspondence, 3>& triangle, const local_hypothesis& known,
                      const matching_context& context) {
   constexpr double apart = 2;  // [m] of two stems that fix a motion
   std::array<bool, 3> shared;
@@ -324,14 +333,14 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const hypoth
 }
 
 /// Adds a hypothesis to distinct ones; where it is another view of some of them the best of all stays.
-inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses,
+inline void add_distinct(local_hypothesis&& h, std::vector<local_hypothesis>& hypotheses,
                          const matching_context& context) {
-  const auto is_twin = [&](const hypothesis& other) {
+  const auto is_twin = [&](const local_hypothesis& other) {
     return !differ(h, other, context, 2 * std::max(h.inlier_threshold, other.inlier_threshold));
   };
-  std::vector<hypothesis> others;
+  std::vector<local_hypothesis> others;
   others.reserve(hypotheses.size() + 1);
-  for (hypothesis& other : hypotheses) {
+  for (local_hypothesis& other : hypotheses) {
     if (!is_twin(other))
       others.push_back(std::move(other));
     else if (!ranks_before(h, other))
@@ -342,7 +351,7 @@ inline void add_distinct(hypothesis&& h, std::vector<hypothesis>& hypotheses,
 }
 
 /// The hypothesis seen from the other map.
-inline hypothesis reversed(hypothesis h) {
+inline local_hypothesis reversed(local_hypothesis h) {
   h.target_from_source = h.target_from_source.inverse();
   for (correspondence& c : h.correspondences) std::swap(c.source, c.target);
   std::sort(h.correspondences.begin(), h.correspondences.end());

@@ -3,9 +3,6 @@
 // with as many candidates as there are triangles that look alike.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -102,8 +99,8 @@ class vote_accumulator {
 
   /// Hands in a target triangle that looks like it.
   void vote(const std::array<stem_index, 3>& like) {
-    const Eigen::Vector2d d = direction(context_.target, like[1], like[2]);
-    const double turned = quadrants(d.dot(direction_), direction_.x() * d.y() - direction_.y() * d.x());
+    const vec2 d = direction(context_.target, like[1], like[2]);
+    const double turned = quadrants(d.dot(direction_), direction_.x * d.y - direction_.y * d.x);
     const auto yaw = static_cast<std::uint64_t>(turned / 4 * yaws_);
     votes_.push_back({std::uint64_t(like[own_]) << 32 | yaw, static_cast<std::uint32_t>(triangles_.size())});
     triangles_.push_back({{{query_[0], like[0]}, {query_[1], like[1]}, {query_[2], like[2]}}});
@@ -138,8 +135,8 @@ class vote_accumulator {
     std::uint32_t votes, order, triangle;
   };
 
-  static Eigen::Vector2d direction(const position_set& stems, stem_index from, stem_index to) {
-    return (stems.at[to] - stems.at[from]).head<2>();
+  static vec2 direction(const position_set& stems, stem_index from, stem_index to) {
+    return (stems.at[to] - stems.at[from]).xy();
   }
 
   /// Grows with the angle of (x, y) from 0 to 4, though not quite evenly within a quadrant; an arc tangent
@@ -153,7 +150,7 @@ class vote_accumulator {
   double yaws_ = 1;                       // that are told apart
   std::array<stem_index, 3> query_ = {};  // source triangle, ...
   std::size_t own_ = 0;                   // ... which of its corners all have in common, ...
-  Eigen::Vector2d direction_ = {1, 0};    // ... and where its longest edge points
+  vec2 direction_ = {1, 0};    // ... and where its longest edge points
   std::vector<vote_entry> votes_;
   std::vector<result> results_;
   std::vector<std::array<correspondence, 3>> triangles_;
@@ -191,7 +188,7 @@ class triangle_search {
 
   /// Motions of triangles with source stem `i` that no hypothesis explains, those that lay most of the stems
   /// around on stems first.
-  std::vector<trial> transforms_around(stem_index i, std::span<const hypothesis> known) {
+  std::vector<trial> transforms_around(stem_index i, std::span<const local_hypothesis> known) {
     context_.source_index->nearest(i, std::size_t(options_.trial_neighbors), nearest_);
     around_.clear();
     for (const auto& n : nearest_) around_.push_back(n.index);
@@ -207,9 +204,9 @@ class triangle_search {
     return trials;
   }
 
-  bool is_known(const std::array<correspondence, 3>& triangle, std::span<const hypothesis> known) const {
+  bool is_known(const std::array<correspondence, 3>& triangle, std::span<const local_hypothesis> known) const {
     return std::any_of(known.begin(), known.end(),
-                       [&](const hypothesis& h) { return leads_to(triangle, h, context_); });
+                       [&](const local_hypothesis& h) { return leads_to(triangle, h, context_); });
   }
 
  private:
@@ -254,7 +251,7 @@ class triangle_search {
 /// are queried, as maps that share only few stems need. What was looked at is added to `funnel`. Throws
 /// `operation_cancelled`. Cost: bounded by the queries and candidates of `options`, and linear in the stems
 /// for each motion that is verified.
-inline std::vector<hypothesis> match_by_index(const matching_context& context, const triangle_index& index,
+inline std::vector<local_hypothesis> match_by_index(const matching_context& context, const triangle_index& index,
                                               double inlier_threshold, const null_model& null,
                                               std::span<const double> thresholds,
                                               const indexed_matching_options& options, bool exhaustive,
@@ -262,7 +259,7 @@ inline std::vector<hypothesis> match_by_index(const matching_context& context, c
   const std::size_t best_of_query = exhaustive ? 8 : 2;  // verified over all stems
   triangle_search search(context, index, inlier_threshold, options, exhaustive,
                          options.max_candidates - std::min(options.max_candidates, funnel.local_pairs));
-  std::vector<hypothesis> hypotheses;
+  std::vector<local_hypothesis> hypotheses;
   std::size_t stems = 0;
   bool found = false;
   for (const stem_index i : shuffled_stems(context.source.size(), options.seed)) {
@@ -276,7 +273,7 @@ inline std::vector<hypothesis> match_by_index(const matching_context& context, c
       if (search.is_known(best.triangle, hypotheses)) continue;
       ++verified;
       auto h = verify(context, best.triangle, inlier_threshold,
-                      [&](const Eigen::Isometry3d& transform, const Eigen::Vector3d& center, double radius) {
+                      [&](const rigid& transform, const vec3& center, double radius) {
                         return !null.explains_around(transform, center, radius, inlier_threshold);
                       });
       if (!h) continue;

@@ -3,9 +3,6 @@
 // for absent.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -27,19 +24,17 @@ void for_each_symmetry(const matching_context& context, stem_index t, double inl
   constexpr std::size_t shifts = 4, turned_to = 6;
   std::vector<neighbor<double>> nearest;
   context.target_index->nearest(t, turned_to, nearest);
-  const Eigen::Vector3d& at = context.target.at[t];
-  const auto arm = [&](std::size_t k) { return Eigen::Vector3d(context.target.at[nearest[k].index] - at); };
-  const auto yaw = [](const Eigen::Vector3d& d) { return std::atan2(d.y(), d.x()); };
-  const auto horizontal_part = [](const Eigen::Vector3d& d) { return Eigen::Vector3d(d.x(), d.y(), 0); };
+  const vec3& at = context.target.at[t];
+  const auto arm = [&](std::size_t k) { return context.target.at[nearest[k].index] - at; };
+  const auto yaw = [](const vec3& d) { return std::atan2(d.y, d.x); };
+  const auto horizontal_part = [](const vec3& d) { return vec3{d.x, d.y, 0}; };
   for (std::size_t k = 0; k < std::min(shifts, nearest.size()); ++k)
-    visit(Eigen::Isometry3d(Eigen::Translation3d(horizontal_part(arm(k)))));
+    visit(rigid{mat3::identity(), horizontal_part(arm(k))});
   for (std::size_t k = 1; k < nearest.size(); ++k) {
     if (std::sqrt(nearest[k].squared_distance) - std::sqrt(nearest[0].squared_distance) >
         2 * inlier_threshold)
       break;
-    visit(Eigen::Isometry3d(Eigen::Translation3d(at) *
-                            Eigen::AngleAxisd(yaw(arm(k)) - yaw(arm(0)), Eigen::Vector3d::UnitZ()) *
-                            Eigen::Translation3d(-at)));
+    visit(rigid::turn_about(at, yaw(arm(k)) - yaw(arm(0))));
   }
 }
 
@@ -47,19 +42,19 @@ void for_each_symmetry(const matching_context& context, stem_index t, double inl
 /// some of the stems that it pairs, where they pair half as many or more; verified, not weighed. Few where
 /// stems stand at random. Cost: some dozen looks at the stems around a stem, and at most `maximum`
 /// verifications.
-inline std::vector<hypothesis> lattice_alternatives(const hypothesis& h, const matching_context& context) {
+inline std::vector<local_hypothesis> lattice_alternatives(const local_hypothesis& h, const matching_context& context) {
   constexpr std::size_t sampled = 4, maximum = 16;  // paired stems; rivals that are enough
   constexpr std::size_t minimum = 4;                // pairs around one that are worth a verification
   constexpr double around = 3;                      // spacings: some 28 stems
-  std::vector<hypothesis> alternatives;
+  std::vector<local_hypothesis> alternatives;
   const std::size_t step = std::max<std::size_t>(1, (h.correspondences.size() + sampled - 1) / sampled);
   std::size_t verified = 0;
   for (std::size_t i = step / 2; i < h.correspondences.size(); i += step) {
     const auto [s, t] = h.correspondences[i];
-    const Eigen::Vector3d& center = context.source.at[s];
+    const vec3& center = context.source.at[s];
     const double radius = around * context.source_index->spacing();
     const auto own_pairs = context.pair_stems(h.target_from_source, h.inlier_threshold, center, radius);
-    for_each_symmetry(context, t, h.inlier_threshold, [&](const Eigen::Isometry3d& own) {
+    for_each_symmetry(context, t, h.inlier_threshold, [&](const rigid& own) {
       if (verified == maximum) return;
       const auto pairs =
           context.pair_stems(own * h.target_from_source, 2 * h.inlier_threshold, center, radius);

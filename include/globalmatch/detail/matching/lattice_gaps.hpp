@@ -3,10 +3,6 @@
 // how many would by chance.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -28,29 +24,29 @@ namespace globalmatch::detail {
 class lattice_gaps {
  public:
   /// `lattice` is the lattice of the target; the source is taken to have the same one.
-  lattice_gaps(const matching_context& context, const planting_lattice& lattice,
-               const Eigen::Isometry3d& initial)
+  lattice_gaps(const matching_context& context, const lattice_shifts& lattice,
+               const rigid& initial)
       : context_(context), lattice_(lattice), start_(initial) {
     target_ = set_of(find_gaps(*context.target_index, lattice));
     target_index_ = position_index(target_);
     // The source's lattice is that of the target, turned back.
-    const Eigen::Rotation2Dd back(-yaw_of(start_));
+    const mat2 back = rotation_in_2d(-yaw_of(start_));
     source_ = find_gaps(*context.source_index, {back * lattice.first, back * lattice.second});
     turns_ = lattice.turns();
   }
 
   /// Motions of the lattice onto itself that would, by chance, lay as many gaps of the source on gaps of the
   /// target: each lies on one with the share of the places that are gaps.
-  evidence_score score(const Eigen::Isometry3d& target_from_source) const {
+  evidence_score score(const rigid& target_from_source) const {
     const double gaps = double(target_.size()), stems = double(context_.target.size());
     double inliers = 0, trials = 0;
-    for (const Eigen::Vector2d& gap : source_) {
-      const Eigen::Vector2d transformed = transformed_2d(target_from_source, gap);
+    for (const vec2& gap : source_) {
+      const vec2 transformed = transformed_2d(target_from_source, gap);
       const bool is_inlier =
-          target_index_.any_within(transformed.x(), transformed.y(), lattice_.search_radius());
+          target_index_.any_within(transformed.x, transformed.y, lattice_.search_radius());
       inliers += is_inlier;
       trials += is_inlier ||
-                context_.target_index->any_within(transformed.x(), transformed.y(), lattice_.search_radius());
+                context_.target_index->any_within(transformed.x, transformed.y, lattice_.search_radius());
     }
     const double number_of_tests = double(turns_.size()) * (gaps + stems + double(context_.source.size()));
     const double log_probability = log_binomial_tail(inliers, trials, gaps / (gaps + stems));
@@ -60,13 +56,13 @@ class lattice_gaps {
   /// Hypotheses of the motions that lay most gaps on gaps, at most `maximum`, verified over all stems as far
   /// as these stand on the lattice, not weighed. Cost: quadratic in the gaps, of which some hundreds are
   /// looked at.
-  std::vector<hypothesis> propose(std::size_t maximum) const {
+  std::vector<local_hypothesis> propose(std::size_t maximum) const {
     std::vector<candidate> candidates = count_votes();
     const auto last = candidates.begin() + std::ptrdiff_t(std::min(maximum, candidates.size()));
     std::partial_sort(candidates.begin(), last, candidates.end(), [](const candidate& a, const candidate& b) {
       return a.votes != b.votes ? a.votes > b.votes : a.order < b.order;
     });
-    std::vector<hypothesis> proposed;
+    std::vector<local_hypothesis> proposed;
     for (auto b = candidates.begin(); b != last; ++b) {
       if (auto h = verify(context_, context_.pair_stems(b->transform, lattice_.search_radius()),
                           lattice_.search_radius()))
@@ -78,69 +74,65 @@ class lattice_gaps {
  private:
   /// A motion of the lattice onto itself, and the pairs of gaps that vote for it.
   struct candidate {
-    Eigen::Isometry3d transform;
+    rigid transform;
     std::size_t votes, order;
   };
 
-  static double yaw_of(const Eigen::Isometry3d& transform) {
-    return std::atan2(transform.linear()(1, 0), transform.linear()(0, 0));
+  static double yaw_of(const rigid& transform) {
+    return std::atan2(transform.rotation(1, 0), transform.rotation(0, 0));
   }
 
-  static position_set set_of(const std::vector<Eigen::Vector2d>& places) {
+  static position_set set_of(const std::vector<vec2>& places) {
     position_set set;
-    for (const Eigen::Vector2d& p : places) set.at.push_back({p.x(), p.y(), 0});
+    for (const vec2& p : places) set.at.push_back({p.x, p.y, 0});
     return set;
   }
 
   /// Gaps lie on no height; that of the motion is left alone.
-  static Eigen::Vector2d transformed_2d(const Eigen::Isometry3d& target_from_source,
-                                        const Eigen::Vector2d& place) {
-    return (target_from_source * Eigen::Vector3d(place.x(), place.y(), 0)).head<2>();
+  static vec2 transformed_2d(const rigid& target_from_source,
+                                        const vec2& place) {
+    return (target_from_source * vec3{place.x, place.y, 0}).xy();
   }
 
   std::vector<candidate> count_votes() const {
     constexpr std::size_t enough = 512;  // gaps of a map
-    Eigen::Matrix2d basis;
-    basis << lattice_.first, lattice_.second;
-    const Eigen::Matrix2d inverse = basis.inverse();
+    const mat2 basis = lattice_.basis(), inverse = basis.inverse();
     std::vector<candidate> candidates;
     if (source_.empty() || target_.at.empty()) return candidates;
     const std::size_t source_step = (source_.size() + enough - 1) / enough;
     const std::size_t target_step = (target_.size() + enough - 1) / enough;
-    const Eigen::Vector3d& pivot = target_.at.front();  // any place of the lattice
+    const vec3& pivot = target_.at.front();  // any place of the lattice
     std::vector<std::array<double, 2>> votes;           // whole steps along both shifts
     for (const double turn : turns_) {
-      const Eigen::Isometry3d turned = Eigen::Translation3d(pivot) *
-                                       Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) *
-                                       Eigen::Translation3d(-pivot) * start_;
+      const rigid turned = rigid::turn_about(pivot, turn) * start_;
       votes.clear();
       for (std::size_t i = 0; i < source_.size(); i += source_step) {
-        const Eigen::Vector2d transformed = transformed_2d(turned, source_[i]);
+        const vec2 transformed = transformed_2d(turned, source_[i]);
         for (std::size_t j = 0; j < target_.size(); j += target_step) {
-          const Eigen::Vector2d shift = target_.at[j].head<2>() - transformed, steps = inverse * shift;
-          const Eigen::Vector2d whole(std::round(steps.x()), std::round(steps.y()));
+          const vec2 shift = target_.at[j].xy() - transformed, steps = inverse * shift;
+          const vec2 whole{std::round(steps.x), std::round(steps.y)};
           if ((basis * whole - shift).norm() < lattice_.search_radius())
-            votes.push_back({whole.x(), whole.y()});
+            votes.push_back({whole.x, whole.y});
         }
       }
       std::sort(votes.begin(), votes.end());
       for (std::size_t begin = 0, end = 0; begin < votes.size(); begin = end) {
         while (end < votes.size() && votes[end] == votes[begin]) ++end;
-        const Eigen::Vector2d shift = basis * Eigen::Vector2d(votes[begin][0], votes[begin][1]);
+        const vec2 shift = basis * vec2{votes[begin][0], votes[begin][1]};
         candidates.push_back(
-            {Eigen::Translation3d(shift.x(), shift.y(), 0) * turned, end - begin, candidates.size()});
+            {shifted_after(turned, {shift.x, shift.y, 0}), end - begin, candidates.size()});
       }
     }
     return candidates;
   }
 
   const matching_context& context_;
-  planting_lattice lattice_;
-  Eigen::Isometry3d start_;
+  lattice_shifts lattice_;
+  rigid start_;
   std::vector<double> turns_;
   position_set target_;
   position_index target_index_;
-  std::vector<Eigen::Vector2d> source_;
+  std::vector<vec2> source_;
 };
 
 }  // namespace globalmatch::detail

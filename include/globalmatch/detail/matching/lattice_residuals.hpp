@@ -4,9 +4,6 @@
 // fit best, and how many would fit as well by chance.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -43,13 +40,12 @@ class lattice_residuals {
   /// `lattice` is the lattice of the target, and `initial` lays the rows of the source on it. Cost: as many
   /// motions as there are stems, or some more, of some hundreds of stems each; nothing is told in maps of so
   /// many that this is more than some millions.
-  lattice_residuals(const matching_context& context, const planting_lattice& lattice,
-                    const Eigen::Isometry3d& initial)
+  lattice_residuals(const matching_context& context, const lattice_shifts& lattice,
+                    const rigid& initial)
       : context_(context), lattice_(lattice), step_((context.source.size() + enough - 1) / enough) {
-    const Eigen::Vector3d pivot = central_position(initial);
+    const vec3 pivot = central_position(initial);
     for (const double turn : lattice.turns())
-      traverse(refined(Eigen::Translation3d(pivot) * Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()) *
-                       Eigen::Translation3d(-pivot) * initial));
+      traverse(refined(rigid::turn_about(pivot, turn) * initial));
     if (visited_ > max_visited || transforms_.size() < min_transforms) return;
     position_model_ = residual_null_model(position_residuals_);
     if (context.uses_heights()) height_model_ = residual_null_model(height_residuals_);
@@ -59,20 +55,20 @@ class lattice_residuals {
   /// How probable it is that by chance the stems fit as well, in place, in height, in radius, or in all of
   /// these together (Fisher's combination), times the motions of the lattice onto itself. What chance does is
   /// what these motions do. 0 where too little is known.
-  evidence_score score(const Eigen::Isometry3d& target_from_source) const {
+  evidence_score score(const rigid& target_from_source) const {
     return score(residuals_of(target_from_source, pair_nearest(target_from_source)));
   }
 
   /// Hypotheses of the motions that fit best, at most `maximum`, verified over all stems as far as these
   /// stand on the lattice, not weighed.
-  std::vector<hypothesis> propose(std::size_t maximum) const {
+  std::vector<local_hypothesis> propose(std::size_t maximum) const {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; position_model_.is_known() && i < transforms_.size(); ++i)
       order.push_back(
           {score({position_residuals_[i], height_residuals_[i], radius_residuals_[i]}).log10_nfa, i});
     const auto last = order.begin() + std::ptrdiff_t(std::min(maximum, order.size()));
     std::partial_sort(order.begin(), last, order.end());
-    std::vector<hypothesis> proposed;
+    std::vector<local_hypothesis> proposed;
     for (auto o = order.begin(); o != last; ++o)
       if (auto h = verify(context_, context_.pair_stems(transforms_[o->second], lattice_.search_radius()),
                           lattice_.search_radius()))
@@ -88,14 +84,14 @@ class lattice_residuals {
 
   /// Source stems, some of many, with the target stems nearest in plan to where they are laid, which may be
   /// shared. In 4-DoF heights do not choose: they are to tell something.
-  std::vector<correspondence> pair_nearest(const Eigen::Isometry3d& target_from_source) const {
+  std::vector<correspondence> pair_nearest(const rigid& target_from_source) const {
     std::vector<correspondence> pairs;
     for (stem_index s = 0; s < context_.source.size(); s += static_cast<stem_index>(step_)) {
-      const Eigen::Vector3d transformed = target_from_source * context_.source.at[s];
+      const vec3 transformed = target_from_source * context_.source.at[s];
       double nearest = lattice_.search_radius();
       std::optional<stem_index> paired;
       context_.target_index->for_each_within(
-          transformed.x(), transformed.y(), lattice_.search_radius(), [&](stem_index t, double) {
+          transformed.x, transformed.y, lattice_.search_radius(), [&](stem_index t, double) {
             const double distance =
                 stem_distance(transformed, context_.target.at[t], context_.horizontal_distances());
             if (distance >= nearest) return;
@@ -107,15 +103,15 @@ class lattice_residuals {
     return pairs;
   }
 
-  stem_residuals residuals_of(const Eigen::Isometry3d& target_from_source,
+  stem_residuals residuals_of(const rigid& target_from_source,
                               std::span<const correspondence> pairs) const {
     stem_residuals residuals;
     std::vector<double> vertical_offsets, radius_differences;
     for (const auto& [s, t] : pairs) {
       residuals.position.push_back(float(context_.residual(target_from_source, {s, t})));
       if (context_.uses_heights())
-        vertical_offsets.push_back(context_.target.at[t].z() -
-                                   (target_from_source * context_.source.at[s]).z());
+        vertical_offsets.push_back(context_.target.at[t].z -
+                                   (target_from_source * context_.source.at[s]).z);
       if (radii_are_known() && context_.source.radius[s] > 0 && context_.target.radius[t] > 0)
         radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
     }
@@ -133,14 +129,14 @@ class lattice_residuals {
   }
 
   /// A target stem amid those that the source is laid on: turned about it the maps still overlap.
-  Eigen::Vector3d central_position(const Eigen::Isometry3d& initial) const {
+  vec3 central_position(const rigid& initial) const {
     position_set paired;
     for (const correspondence& c : pair_nearest(initial)) paired.at.push_back(context_.target.at[c.target]);
     return paired.at.empty() ? context_.target.at.front() : central_stem(paired);
   }
 
   /// A motion fitted to the stems it pairs until these stand: the lattice tells its yaw to some degrees only.
-  Eigen::Isometry3d refined(Eigen::Isometry3d transform) const {
+  rigid refined(rigid transform) const {
     constexpr int max_iterations = 20;
     std::vector<correspondence> before;
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -157,10 +153,10 @@ class lattice_residuals {
 
   /// Walks along the lattice, one place after the other, as far as enough stems meet. Each motion is fitted,
   /// so that neither the lattice nor the yaw need be known well enough for places far away.
-  void traverse(const Eigen::Isometry3d& start) {
+  void traverse(const rigid& start) {
     using place = std::array<int, 2>;
     std::set<place> seen = {{0, 0}};
-    std::deque<std::pair<place, Eigen::Isometry3d>> ahead = {{{0, 0}, start}};
+    std::deque<std::pair<place, rigid>> ahead = {{{0, 0}, start}};
     for (; !ahead.empty() && visited_ <= max_visited; ahead.pop_front()) {
       context_.poll_cancelled();
       visited_ += context_.source.size() / step_;
@@ -177,8 +173,8 @@ class lattice_residuals {
       for (const place step : {place{1, 0}, place{-1, 0}, place{0, 1}, place{0, -1}}) {
         const place next = {at[0] + step[0], at[1] + step[1]};
         if (!seen.insert(next).second) continue;
-        const Eigen::Vector2d shift = step[0] * lattice_.first + step[1] * lattice_.second;
-        ahead.push_back({next, Eigen::Translation3d(shift.x(), shift.y(), 0) * *transform});
+        const vec2 shift = step[0] * lattice_.first + step[1] * lattice_.second;
+        ahead.push_back({next, shifted_after(*transform, {shift.x, shift.y, 0})});
       }
     }
   }
@@ -215,11 +211,11 @@ class lattice_residuals {
   }
 
   const matching_context& context_;
-  planting_lattice lattice_;
+  lattice_shifts lattice_;
   std::size_t step_;         // from one source stem that is looked at to the next
   std::size_t visited_ = 0;  // stems
   // Motions of the lattice onto itself, and what is left between stems under each.
-  std::vector<Eigen::Isometry3d> transforms_;
+  std::vector<rigid> transforms_;
   std::vector<std::vector<float>> position_residuals_, height_residuals_, radius_residuals_;  // [m]
   residual_null_model position_model_, height_model_, radius_model_;
 };

@@ -4,8 +4,6 @@
 // there, the fewer false alarms are expected, the less chance explains.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -22,7 +20,6 @@
 #include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/transform.hpp"
 
 namespace globalmatch::detail {
 
@@ -77,7 +74,7 @@ class null_model {
   /// within `search_radius` [m] of them: a sample is evidence enough, as long as it counts as no more than it
   /// is. In 4-DoF the motion is raised first to fit the heights of what lies within `inlier_threshold` [m]; a
   /// target stem of another height may then hide one behind it, which makes what is matched a lower bound.
-  residual_set residuals_under(const Eigen::Isometry3d& target_from_source, double search_radius,
+  residual_set residuals_under(const rigid& target_from_source, double search_radius,
                                double inlier_threshold) const {
     constexpr std::size_t max_sampled = 8192;
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
@@ -85,13 +82,13 @@ class null_model {
     std::vector<candidate> candidates;
     residual_set result;
     for (std::size_t s = 0; s < context_.source.size(); s += step) {
-      const Eigen::Vector3d transformed = target_from_source * context_.source.at[s];
+      const vec3 transformed = target_from_source * context_.source.at[s];
       candidate nearest{search_radius, 0};
       context_.target_index->for_each_within(
-          transformed.x(), transformed.y(), search_radius, [&](stem_index t, double) {
-            const Eigen::Vector3d& at = context_.target.at[t];
+          transformed.x, transformed.y, search_radius, [&](stem_index t, double) {
+            const vec3& at = context_.target.at[t];
             const double residual = stem_distance(transformed, at, context_.horizontal_distances());
-            if (residual < nearest.residual) nearest = {residual, at.z() - transformed.z()};
+            if (residual < nearest.residual) nearest = {residual, at.z - transformed.z};
           });
       if (target_->surrounds(transformed)) ++result.expected;
       if (nearest.residual < search_radius) candidates.push_back(nearest);
@@ -107,7 +104,7 @@ class null_model {
 
   /// Whether chance does as well as this motion for the source stems within `radius` [m in plan] of `center`.
   /// Not where few of them are laid among target stems: those tell nothing.
-  bool explains_around(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& center,
+  bool explains_around(const rigid& target_from_source, const vec3& center,
                        double radius, double inlier_threshold) const {
     constexpr double min_sample = 100, max_sample = 1000, significance_level = 1e-3;
     const double stems = std::min(double(context_.source.size()),
@@ -117,7 +114,7 @@ class null_model {
     std::size_t passed = 0;
     context_.for_each_source_within(center, radius, [&](stem_index s) {
       if (passed++ % step != 0) return;
-      const Eigen::Vector3d transformed = target_from_source * context_.source.at[s];
+      const vec3 transformed = target_from_source * context_.source.at[s];
       bool is_inlier = false;
       context_.for_each_inlier(transformed, inlier_threshold, [&](stem_index, double) { is_inlier = true; });
       inliers += is_inlier;
@@ -140,7 +137,7 @@ class null_model {
   }
 
   /// Judges a hypothesis, of which `set` is what its motion makes of the stems, at its tolerance.
-  void score(hypothesis& h, const residual_set& set) const {
+  void score(local_hypothesis& h, const residual_set& set) const {
     h.log10_nfa = log10_nfa(set, h.inlier_threshold);
     h.log10_nfa_poisson =
         log10_nfa(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
@@ -245,7 +242,7 @@ class null_model {
 
 /// Judges a hypothesis, in the frames of `context`, against chance, and pairs and fits it anew at the
 /// tolerance [m] among `thresholds`, increasing, at which chance explains least. Cost: linear in the stems.
-inline void score_hypothesis(hypothesis& h, const matching_context& context, const null_model& null,
+inline void score_hypothesis(local_hypothesis& h, const matching_context& context, const null_model& null,
                              std::span<const double> thresholds) {
   constexpr int max_iterations = 4;
   constexpr double relative_convergence_threshold = 0.1;  // of the tolerance
@@ -253,7 +250,7 @@ inline void score_hypothesis(hypothesis& h, const matching_context& context, con
     const double before = h.inlier_threshold;
     const null_model::residual_set set =
         null.residuals_under(h.target_from_source, thresholds.back(), h.inlier_threshold);
-    h.target_from_source.translation().z() += set.vertical_offset;
+    h.target_from_source.translation.z += set.vertical_offset;
     h.log10_nfa = std::numeric_limits<double>::infinity();
     for (const double inlier_threshold : thresholds) {
       const double log10_nfa = null.log10_nfa(set, inlier_threshold);
@@ -268,7 +265,7 @@ inline void score_hypothesis(hypothesis& h, const matching_context& context, con
     if (!transform) break;
     double mean_displacement = 0;
     for (const correspondence& c : pairs) {
-      const Eigen::Vector3d& p = context.source.at[c.source];
+      const vec3& p = context.source.at[c.source];
       mean_displacement +=
           stem_distance(*transform * p, h.target_from_source * p, context.horizontal_distances()) /
           double(pairs.size());

@@ -2,9 +2,6 @@
 // and by how well they fit, until it stands.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -29,7 +26,7 @@ inline double known_variance(const matching_context& context, const corresponden
 }
 
 /// Variance [m^2] of each coordinate of the residuals, from their median, which some wrong pairs do not move.
-inline double observed_variance(const matching_context& context, const hypothesis& h) {
+inline double observed_variance(const matching_context& context, const local_hypothesis& h) {
   const std::size_t dimensions = context.horizontal_distances() ? 2 : 3,
                     unknowns = context.horizontal_distances() ? 3 : 6;
   const double median_of_chi_squared = context.horizontal_distances() ? 1.386 : 2.366;
@@ -43,7 +40,7 @@ inline double observed_variance(const matching_context& context, const hypothesi
 
 /// The first of `thresholds` [m], increasing, that three standard deviations of the residuals do not exceed,
 /// or the last one; that of `h` where there are none.
-inline double threshold_from_residuals(const matching_context& context, const hypothesis& h,
+inline double threshold_from_residuals(const matching_context& context, const local_hypothesis& h,
                                        std::span<const double> thresholds) {
   constexpr double deviations = 3;
   const double required_threshold = deviations * std::sqrt(observed_variance(context, h));
@@ -55,7 +52,7 @@ inline double threshold_from_residuals(const matching_context& context, const hy
 }
 
 /// What the known variances leave of it unexplained, as in a model of random effects.
-inline double unknown_variance(const matching_context& context, const hypothesis& h) {
+inline double unknown_variance(const matching_context& context, const local_hypothesis& h) {
   std::vector<double> known;
   for (const correspondence& c : h.correspondences) known.push_back(known_variance(context, c));
   // No pair is much more certain than all of them look, and the weights of perfect maps are finite.
@@ -66,7 +63,7 @@ inline double unknown_variance(const matching_context& context, const hypothesis
 
 /// Of each pair: the inverse of its variance, less the further it is off, 0 for one that cannot belong to the
 /// rest: Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2), with the usual constant.
-inline std::vector<double> robust_weights(const matching_context& context, const hypothesis& h,
+inline std::vector<double> robust_weights(const matching_context& context, const local_hypothesis& h,
                                           double unknown) {
   constexpr double tukey_constant = 4.685;  // standard deviations
   std::vector<double> weights;
@@ -82,7 +79,7 @@ inline std::vector<double> robust_weights(const matching_context& context, const
 
 /// Fits the motion to the pairs with weights that follow it, until it moves none of them by more than
 /// `convergence_threshold` [m]. Returns whether it had to move.
-inline bool reweight_and_fit(hypothesis& h, const matching_context& context, double unknown,
+inline bool reweight_and_fit(local_hypothesis& h, const matching_context& context, double unknown,
                              double convergence_threshold) {
   constexpr int max_iterations = 20;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
@@ -90,7 +87,7 @@ inline bool reweight_and_fit(hypothesis& h, const matching_context& context, dou
     if (!transform) return false;
     double max_displacement = 0;
     for (const correspondence& c : h.correspondences) {
-      const Eigen::Vector3d& p = context.source.at[c.source];
+      const vec3& p = context.source.at[c.source];
       max_displacement = std::max(max_displacement, stem_distance(*transform * p, h.target_from_source * p,
                                                                   context.horizontal_distances()));
     }
@@ -105,14 +102,14 @@ inline bool reweight_and_fit(hypothesis& h, const matching_context& context, dou
 /// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
 /// pairs tell no scatter and stay as they are. In 4-DoF weights are of distances in plan, and the height
 /// stays the median of what the pairs ask for. Cost: linear in the stems.
-inline void fit_robustly(hypothesis& h, const matching_context& context) {
+inline void fit_robustly(local_hypothesis& h, const matching_context& context) {
   constexpr std::size_t minimum = 6;
   constexpr int max_iterations = 10;
   constexpr double relative_convergence_threshold = 0.01;  // of the tolerance
   if (h.correspondences.size() < minimum) return;
   const double unknown = unknown_variance(context, h);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    hypothesis fitted = h;
+    local_hypothesis fitted = h;
     const bool has_moved =
         reweight_and_fit(fitted, context, unknown, relative_convergence_threshold * h.inlier_threshold);
     fitted.correspondences = context.pair_stems(fitted.target_from_source, h.inlier_threshold);
@@ -126,11 +123,11 @@ inline void fit_robustly(hypothesis& h, const matching_context& context) {
 /// Pairs stems also beyond the tolerance at which chance explains least, which leaves out one true pair in
 /// ten or more: within the first of `thresholds` [m], increasing, that three standard deviations of the
 /// residuals do not exceed; then fits robustly. What chance makes of the hypothesis is left as it was judged.
-inline void complete_pairs(hypothesis& h, const matching_context& context,
+inline void complete_pairs(local_hypothesis& h, const matching_context& context,
                            std::span<const double> thresholds) {
   constexpr std::size_t minimum = 6;
   if (h.correspondences.size() < minimum) return;
-  hypothesis wider = h;
+  local_hypothesis wider = h;
   wider.inlier_threshold = std::max(h.inlier_threshold, threshold_from_residuals(context, h, thresholds));
   if (wider.inlier_threshold > h.inlier_threshold) {
     wider.correspondences = context.pair_stems(h.target_from_source, wider.inlier_threshold);

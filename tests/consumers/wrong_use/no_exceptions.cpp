@@ -1,0 +1,3 @@
+// Must say: compile without -fno-exceptions
+// Options: -fno-exceptions
+#include <globalmatch/points.hpp>

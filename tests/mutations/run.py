@@ -1,0 +1,125 @@
+#!/usr/bin/env python3
+"""Runs the tests on mutated headers: a mutation that no test notices is a gap in the tests.
+
+usage: tests/mutations/run.py [--list FILE] [--jobs N] [--only TEXT]
+
+The list (tests/mutations/list.txt) holds entries of this form; the original must stand in the header once:
+
+    @ detail/core/statistics.hpp | test_statistics          header, test files that must notice
+    - return *middle;
+    + return values.front();
+    ? why nothing can notice it                             only where it is known to survive
+
+Needs a build in build/release (tests/run.sh). Exit status 1 where fewer than 92 % are killed, or where one
+that is said to survive is killed. A mutant that does not compile is a fault of the list.
+"""
+import argparse, concurrent.futures, os, shutil, subprocess, sys, tempfile
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SUPPORT = os.path.join(ROOT, 'build/release/examples/libglobalmatch_support.a')
+SECONDS = 600  # a mutant that runs longer counts as killed
+
+
+def read_list(path):
+    mutations = []
+    for number, line in enumerate(open(path, encoding='utf-8'), 1):
+        line = line.rstrip('\n')
+        if not line or line.startswith('#'):
+            continue
+        mark, text = line[:2], line[2:]
+        if mark == '@ ':
+            header, tests = (part.strip() for part in text.split('|'))
+            mutations.append({'line': number, 'header': header, 'tests': tests.split(), 'from': [], 'to': [], 'why': ''})
+        elif mark.strip() == '-':
+            mutations[-1]['from'].append(text)
+        elif mark.strip() == '+':
+            mutations[-1]['to'].append(text)
+        elif mark == '? ':
+            mutations[-1]['why'] = text
+        else:
+            sys.exit(f'{path}:{number}: not an entry of the list: {line}')
+    return mutations
+
+
+def mutated(source, mutation):
+    """The source with the lines of the mutation replaced, whatever their indentation; None unless they occur once."""
+    lines, wanted = source.split('\n'), [line.strip() for line in mutation['from']]
+    places = [i for i in range(len(lines) - len(wanted) + 1) if [l.strip() for l in lines[i:i + len(wanted)]] == wanted]
+    if len(places) != 1:
+        return None
+    return '\n'.join(lines[:places[0]] + mutation['to'] + lines[places[0] + len(wanted):])
+
+
+def command(include, test, output):
+    eigen = os.environ.get('EIGEN_INCLUDE', '/usr/include/eigen3')
+    data = f'-DGLOBALMATCH_SHARED_DATA="{ROOT}/../shared/data"'
+    return ['c++', '-std=c++20', '-O1', '-pthread', data, '-I', include, '-I', f'{ROOT}/tests', '-I', f'{ROOT}/examples',
+            '-isystem', eigen, '-isystem', '/usr/include/catch2', '-c', f'{ROOT}/tests/{test}.cpp', '-o', output]
+
+
+def build_and_run(include, test, folder, main_object):
+    """'passed', 'failed', or the compiler's first error."""
+    object_file, program = os.path.join(folder, test + '.o'), os.path.join(folder, test)
+    compiled = subprocess.run(command(include, test, object_file), capture_output=True, text=True)
+    if compiled.returncode != 0:
+        return next((l for l in compiled.stderr.split('\n') if 'error' in l), 'does not compile')
+    subprocess.run(['c++', '-pthread', main_object, object_file, SUPPORT, '-o', program], check=True)
+    try:
+        run = subprocess.run([program, '~[slow]'], capture_output=True, timeout=SECONDS, cwd=folder)
+    except subprocess.TimeoutExpired:
+        return 'failed'
+    return 'passed' if run.returncode == 0 else 'failed'
+
+
+def try_mutation(mutation, main_object):
+    folder = tempfile.mkdtemp()
+    try:
+        include = os.path.join(folder, 'include')
+        shutil.copytree(os.path.join(ROOT, 'include'), include)
+        header = os.path.join(include, 'globalmatch', mutation['header'])
+        text = mutated(open(header, encoding='utf-8').read(), mutation)
+        if text is None:
+            return 'the original does not stand in the header once'
+        open(header, 'w', encoding='utf-8').write(text)
+        for test in mutation['tests']:
+            result = build_and_run(include, test, folder, main_object)
+            if result == 'failed':
+                return 'killed'
+            if result != 'passed':
+                return result
+        return 'survived'
+    finally:
+        shutil.rmtree(folder)
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument('--list', default=os.path.join(ROOT, 'tests/mutations/list.txt'))
+    parser.add_argument('--jobs', type=int, default=os.cpu_count())
+    parser.add_argument('--only', default='', help='entries whose header or tests contain this')
+    arguments = parser.parse_args()
+    mutations = [m for m in read_list(arguments.list) if arguments.only in m['header'] + ' ' + ' '.join(m['tests'])]
+    folder = tempfile.mkdtemp()
+    main_object = os.path.join(folder, 'main.o')
+    subprocess.run(command(f'{ROOT}/include', 'main', main_object), check=True)
+    tests = sorted({t for m in mutations for t in m['tests']})
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        plain = dict(zip(tests, pool.map(lambda t: build_and_run(f'{ROOT}/include', t, folder, main_object), tests)))
+        for test, result in plain.items():
+            if result != 'passed':
+                sys.exit(f'{test} does not pass without mutations: {result}')
+        results = list(pool.map(lambda m: try_mutation(m, main_object), mutations))
+    shutil.rmtree(folder)
+    killed, faults = 0, 0
+    for mutation, result in zip(mutations, results):
+        killed += result == 'killed'
+        wrong = result not in ('killed', 'survived') or (result == 'killed' and mutation['why'])
+        faults += bool(wrong)
+        if result != 'killed' or wrong:
+            print(f"line {mutation['line']}: {mutation['header']}: {result}  {mutation['why']}")
+            print('\n'.join('  - ' + l for l in mutation['from']) + '\n' + '\n'.join('  + ' + l for l in mutation['to']))
+    print(f'{killed} of {len(mutations)} mutations killed')
+    sys.exit(faults > 0 or not mutations or killed < 0.92 * len(mutations))
+
+
+main()
