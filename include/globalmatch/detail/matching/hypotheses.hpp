@@ -21,7 +21,7 @@
 #include "globalmatch/detail/core/rigid_fit.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/mapping/funnel.hpp"
+#include "globalmatch/stem_map.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
