@@ -145,7 +145,7 @@ inline registration register_maps(const stem_map& source, const stem_map& target
   }
   try {
     result.matching =
-        match_positions(import_positions(source.stems, source.up, "source", exec),
+        detail::match_positions(import_positions(source.stems, source.up, "source", exec),
                         import_positions(target.stems, target.up, "target", exec), options.matching, exec);
     result.outcome = result.matching.outcome;
     const auto minimum = std::size_t(options.matching.decision.min_correspondences);
