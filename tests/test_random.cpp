@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-using globalmatch::random_source;
+using globalmatch::detail::random_source;
 
 TEST_CASE("random_source is splitmix64: the published first values of seed 1234567") {
   random_source random(1234567);
