@@ -241,6 +241,16 @@ void write_line(std::ostream& csv, std::string_view suite, const result& r) {
       << (h.empty() ? "" : to_string(h[0].evidence)) << '\n';
 }
 
+/// What the features of a decision are computed from.
+std::vector<local_hypothesis> as_local(const std::vector<hypothesis>& hypotheses) {
+  std::vector<local_hypothesis> local(hypotheses.size());
+  for (std::size_t i = 0; i < local.size(); ++i) {
+    local[i].correspondences = hypotheses[i].correspondences;
+    local[i].log10_nfa = hypotheses[i].log10_nfa;
+  }
+  return local;
+}
+
 /// Coefficients of `probability_of` that make the outcomes most likely: Newton's method, with hardly any
 /// penalty.
 Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
@@ -250,7 +260,7 @@ Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
     Eigen::Matrix4d curvature = penalty * Eigen::Matrix4d::Identity();
     Eigen::Vector4d slope = -penalty * w;
     for (const result& r : results) {
-      const decision_features e = features_of(r.match.hypotheses);
+      const decision_features e = features_of(as_local(r.match.hypotheses));
       if (e.pairs < decision_options{}.min_correspondences) continue;
       const Eigen::Vector4d x(1, e.log10_nfa, e.lead, std::log(e.pairs));
       const double p = 1 / (1 + std::exp(-w.dot(x)));

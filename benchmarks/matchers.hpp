@@ -59,8 +59,7 @@ inline match_run run_literal_algorithm_1(const two_maps& maps, double inlier_thr
   match_run run;
   const matching_context both(source, target, false, degrees_of_freedom::four);
   if (const auto h = verify(both, consensus, inlier_threshold))
-    run.target_from_source =
-        target.frame.local_from_scan().inverse() * h->target_from_source * source.frame.local_from_scan();
+    run.target_from_source = in_scan_frames(h->target_from_source, source, target);
   run.funnel = {.source_stems = source.size(),
                 .target_stems = target.size(),
                 .source_triangles = source_triangles.size(),

@@ -113,7 +113,8 @@ inline double any_radius(double x, random_source& random) {
 inline two_maps look_twice(const positions& forest, double width, double side, const view_options& options,
                            const Eigen::Isometry3d& target_from_source, random_source& random,
                            const relief& ground = {}) {
-  two_maps maps{{}, {}, target_from_source};
+  two_maps maps;
+  maps.target_from_source = target_from_source;
   const auto measure = [&](std::vector<double>& radii, double radius) {
     if (options.radius_noise)
       radii.push_back(std::max(0.0, radius + *options.radius_noise * random.normal()));

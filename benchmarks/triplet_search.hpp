@@ -3,6 +3,7 @@
 // like edges, each transform scored by all stems. A baseline: cost grows with the sixth power of the stems.
 #pragma once
 
+#include <globalmatch/detail/core/eigen_border.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include <array>
@@ -18,6 +19,13 @@ struct triplet_match {
   std::optional<Eigen::Isometry3d> target_from_source;  ///< the one with most inliers
   std::size_t source_triplets = 0, target_triplets = 0, like_pairs = 0;
 };
+
+/// A transform between the levelled local frames of two maps as one between the frames of their callers.
+inline Eigen::Isometry3d in_scan_frames(const rigid& target_from_source, const position_set& source,
+                                        const position_set& target) {
+  return to_eigen(target.frame.local_from_scan()).inverse() * to_eigen(target_from_source) *
+         to_eigen(source.frame.local_from_scan());
+}
 
 inline std::vector<triangle> all_triplets(const position_set& stems) {
   std::vector<triangle> triplets;
@@ -44,18 +52,19 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
   result.source_triplets = source_triplets.size();
   result.target_triplets = target_triplets.size();
   std::size_t max_inliers = 0;
+  std::optional<rigid> best;
   const auto try_transform = [&](const std::array<correspondence, 3>& triplet) {
     const auto transform = maps.fit(triplet);
     if (!transform) return;
     std::size_t inliers = 0;
-    for (const Eigen::Vector3d& p : source.at) {
+    for (const vec3& p : source.at) {
       bool is_inlier = false;
       maps.for_each_inlier(*transform * p, inlier_threshold, [&](stem_index, double) { is_inlier = true; });
       inliers += is_inlier;
     }
     if (inliers <= max_inliers) return;
     max_inliers = inliers;
-    result.target_from_source = *transform;
+    best = *transform;
   };
   for (const triangle& triplet : source_triplets)
     for_each_admissible_order(triplet, inlier_threshold, [&](const triangle& t) {
@@ -65,9 +74,7 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
         try_transform({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
       });
     });
-  if (result.target_from_source)
-    result.target_from_source = target.frame.local_from_scan().inverse() * *result.target_from_source *
-                                source.frame.local_from_scan();
+  if (best) result.target_from_source = in_scan_frames(*best, source, target);
   return result;
 }
 

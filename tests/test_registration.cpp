@@ -120,7 +120,7 @@ TEST_CASE("register_maps refines about the ups of the two maps, which may differ
   const stem_map source = made_up_map(stems);
   stem_map target = made_up_map(scenes::moved(truth, stems));
   target.up = tilt.linear() * Eigen::Vector3d::UnitZ();
-  target.terrain.frame.local_from_scan_rotation = levelling_rotation(target.up);
+  target.terrain.frame.rotation = levelling_rotation(from_eigen(target.up));
   target.stem_samples = scenes::moved(truth, source.stem_samples);
   target.ground_samples = scenes::moved(truth, source.ground_samples);
   for (const auto metric : {icp_metric::none, icp_metric::point_to_point, icp_metric::point_to_plane}) {

@@ -9,7 +9,6 @@
 namespace globalmatch {
 
 struct cloth_options {
-  double resolution = 0.5;   ///< [m] distance of particles (GR; [CSF] 0.5)
   int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
   double time_step = 0.65;   ///< ([CSF] dT)
   double gravity = 0.2;      ///< [m] a squared unit of time (ours: [CSF] names no value)
@@ -30,7 +29,8 @@ enum class ground_filter {
 
 struct ground_options {
   ground_filter filter = ground_filter::planes;
-  cloth_options cloth = {};      ///< its resolution is that of the terrain, whatever the filter
+  double resolution = 0.5;       ///< [m] of the terrain, and of the particles of a cloth ([CSF] GR: 0.5)
+  cloth_options cloth = {};
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
   double max_slope = 1.0;        ///< [m/m] what stands out more steeply is no ground (ours)
   double ground_band = 0.5;      ///< [m] lowest points within this of cloth or planes are ground ([CSF] h_cp)
@@ -42,7 +42,7 @@ inline void require_valid(const ground_options& options) {
   const auto require = [](bool holds, const char* message) {
     if (!holds) throw std::invalid_argument(message);
   };
-  require(options.cloth.resolution > 0, "ground.cloth.resolution must be positive");
+  require(options.resolution > 0, "ground.resolution must be positive");
   require(options.cloth.rigidness >= 1, "ground.cloth.rigidness must be at least 1");
   require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
   require(options.cloth.time_step > 0 && options.cloth.gravity > 0,

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -37,14 +38,15 @@ struct ground_funnel {
   std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
   std::size_t unreachable = 0;    ///< of these left out: no ground is so steep
-  std::size_t ground_points = 0;  ///< cell minima near the cloth
+  std::size_t ground_points = 0;  ///< lowest points near the terrain
 };
 
 /// How many points and finds each step left.
 struct mapping_funnel {
   ground_funnel ground;
   std::size_t understory = 0;   ///< points in the understory layer
-  std::size_t thinned = 0;      ///< of these one a voxel
+  bool by_cells = true;         ///< the next two count cells of 5 cm, not points
+  std::size_t thinned = 0;      ///< cells that hold points, or points, one a voxel
   std::size_t stem_points = 0;  ///< of these vertical ones
   std::size_t clusters = 0;     ///< groups of stem points
   std::size_t cylinders = 0;    ///< found in them
@@ -54,20 +56,23 @@ struct mapping_funnel {
 /// What each step was given and left, in their order.
 inline std::vector<funnel_step> explain(const mapping_funnel& f) {
   const std::size_t finite = f.ground.points - f.ground.not_finite;
+  const std::string_view stem_points = f.by_cells ? "stem cells" : "stem points";
   return {
       {"scan", "points", f.ground.points, "points with a place", finite,
        "not finite, or further away than any plot", "look at how the scan was read"},
       {"ground", "raster cells", f.ground.cells, "ground points", f.ground.ground_points,
-       "apart from the rest, multipath returns, or above the cloth",
+       "apart from the rest, multipath returns, or above the ground",
        "is `up` the direction away from the ground, and are the coordinates metres?"},
       {"understory", "points with a place", finite, "understory points", f.understory,
        "too near the terrain, too high above it, or where it is not known",
        "is `up` the direction away from the ground, and are the coordinates metres?"},
-      {"voxels", "understory points", f.understory, "thinned points", f.thinned, "others in their voxel",
-       "is the voxel size right for the scan?"},
-      {"verticality", "thinned points", f.thinned, "stem points", f.stem_points, "not on vertical surfaces",
-       "is `up` right, and is the scan dense enough for normals?"},
-      {"clusters", "stem points", f.stem_points, "clusters", f.clusters, "together, or too few together",
+      f.by_cells ? funnel_step{"cells", "understory points", f.understory, "cells", f.thinned,
+                               "others in their cell", "is the unit of the scan metres?"}
+                 : funnel_step{"voxels", "understory points", f.understory, "thinned points", f.thinned,
+                               "others in their voxel", "is the voxel size right for the scan?"},
+      {"verticality", f.by_cells ? "cells" : "thinned points", f.thinned, stem_points, f.stem_points,
+       "not on vertical surfaces", "is `up` right, and is the scan dense enough for normals?"},
+      {"clusters", stem_points, f.stem_points, "clusters", f.clusters, "together, or too few together",
        "a scanner nearer to the stems, or a denser scan, is needed"},
       {"cylinders", "clusters", f.clusters, "cylinders", f.cylinders, "not like a stem",
        "a scanner nearer to the stems, or a denser scan, is needed"},
@@ -85,7 +90,7 @@ class terrain {
   int columns = 0, rows = 0;
   std::vector<float> heights;               ///< row by row; interpolated where no ground was seen
   std::vector<std::uint8_t> has_data;       ///< 1 where ground was seen near the node
-  std::vector<Eigen::Vector3f> ground;      ///< the ground points the heights were fitted to, node by node
+  std::vector<detail::vec3f> ground;      ///< the ground points the heights were fitted to, node by node
   std::vector<std::uint32_t> first_ground;  ///< of each node, in `ground`; one more than nodes, or empty
 
   bool empty() const { return heights.empty(); }
@@ -185,5 +190,29 @@ struct stem_map {
   mapping_funnel funnel;
   bool cancelled = false;  ///< the progress callback said so; nothing else is filled
 };
+
+namespace detail {
+/// Whether stems are clearly tilted against `up` (unit): by more than they may be by chance, and more than
+/// stands are that lean with the wind.
+template <class V>
+bool is_tilted(const upright_direction& upright, const V& up) {
+  constexpr double deviations = 4, usual = 4 * std::numbers::pi / 180;  // [rad]
+  return angle_between(upright.up, up) > std::max(usual, deviations * upright.sigma);
+}
+}  // namespace detail
+
+/// Whether the scan was clearly not level: its stems are tilted against the `up` that the caller gave.
+inline bool is_tilted(const stem_map& map) {
+  return map.upright && detail::is_tilted(*map.upright, map.given_up);
+}
+
+/// How far, for people, and the remedy: "stand 8.1 degrees off the vertical ...".
+inline std::string describe_tilt(const stem_map& map) {
+  const int tenths =
+      int(std::lround(detail::angle_between(map.upright->up, map.given_up) * 1800 / std::numbers::pi));
+  return "stand " + std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) +
+         " degrees off the vertical" + (map.up_by_stems ? ", which is taken from them instead" : "") +
+         "; a scan that was not level should turn freely (dof 6)";
+}
 
 }  // namespace globalmatch

@@ -16,7 +16,7 @@ case "$machine" in
   mingw)
     compiler=x86_64-w64-mingw32-g++-posix
     flags=(-static "-Wa,-mbig-obj")
-    emulator=(env WINEDEBUG=-all WINEPREFIX="$PWD/build/mingw/wine" "$(command -v wine64 || echo wine)")
+    emulator=(env WINEDEBUG=-all WINEPREFIX="$PWD/build/mingw/wine" "$(command -v wine64 || echo /usr/lib/wine/wine64)")
     ;;
   *) sed -n '2,4s/^# //p' "${BASH_SOURCE[0]}" >&2 && exit 2 ;;
 esac

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The tables of docs/architecture.md name every header, and no other; its limits of compile time are those of
-# benchmarks/compile_time.sh; lines of prose in docs/ have at most 110 columns.
+# benchmarks/compile_time.sh; what docs/constants.md names is in the header that it names; lines of prose in docs/ have at most 110 columns.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - <<'P'
@@ -23,6 +23,13 @@ for name, (ratio, memory) in limits.items():
     if not re.search(rf'\b{name}\b.*\) echo {re.escape(ratio)} {re.escape(memory)}', script):
         bad.append(f'{name}: benchmarks/compile_time.sh has another limit')
 if not limits: bad.append('docs/architecture.md has no limits of compile time')
+for row in re.findall(r'^\| (?!constant|---)(.*) \|$', open('docs/constants.md', encoding='utf-8').read(), re.M):
+    cells = row.split(' | ')
+    header = 'include/globalmatch/' + cells[2].strip('`') + '.hpp'
+    if header.removeprefix('include/globalmatch/') not in there: bad.append(f'docs/constants.md: no {header}')
+    else:
+        code = open(header, encoding='utf-8').read()
+        bad += [f'docs/constants.md: {header} has no {n}' for n in re.findall(r'`(\w+)`', cells[0]) if not re.search(rf'\b{n}\b', code)]
 for page in glob.glob('docs/*.md') + ['README.md', 'CONTRIBUTING.md', 'CHANGELOG.md']:
     for number, line in enumerate(open(page, encoding='utf-8'), 1):
         if len(line.rstrip('\n')) > 110 and not line.lstrip().startswith(('|', '!', '`', 'for (')):

@@ -20,6 +20,13 @@ struct local_frame {
   rigid local_from_scan() const { return {rotation, -(rotation * origin)}; }
 };
 
+/// Angle [rad] between two unit vectors, of any type with [0] [1] [2].
+template <class A, class B>
+double angle_between(const A& a, const B& b) {
+  const vec3 u = vec3::from(a), v = vec3::from(b);
+  return std::atan2(u.cross(v).norm(), u.dot(v));
+}
+
 /// Rotation that turns `up` into +z, by the shortest way. Throws `std::invalid_argument` when `up` is zero or
 /// not finite.
 inline mat3 levelling_rotation(const vec3& up) {

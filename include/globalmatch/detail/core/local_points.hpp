@@ -1,8 +1,6 @@
 // The structure of arrays that all mapping steps share once a scan has crossed the border.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cstddef>
@@ -51,12 +49,12 @@ class local_points {
   std::vector<point_index> index;  ///< in the caller's range
 
   std::size_t size() const { return x.size(); }
-  Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  vec3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
 
-  void push_back(const Eigen::Vector3f& p, point_index i) {
-    x.push_back(p.x());
-    y.push_back(p.y());
-    z.push_back(p.z());
+  void push_back(const vec3f& p, point_index i) {
+    x.push_back(p.x);
+    y.push_back(p.y);
+    z.push_back(p.z);
     index.push_back(i);
   }
   /// Coordinates beyond the old size are not set.
@@ -91,8 +89,8 @@ std::size_t for_each_finite(const R& scan, const Visit& visit) {
   std::size_t i = 0, skipped = 0;
   for (const auto& p : scan) {
     if (i >= std::numeric_limits<point_index>::max()) refuse_size();
-    const Eigen::Vector3d v = xyz(p);
-    if (v.allFinite())
+    const vec3 v = xyz(p);
+    if (is_finite(v))
       visit(v, static_cast<point_index>(i));
     else
       ++skipped;
@@ -116,7 +114,8 @@ void read_in_chunks(const R& scan, const execution& exec, std::string_view stage
   if (count > std::numeric_limits<point_index>::max()) refuse_size();
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
     return [&at, begin, end](const auto& visit) {
-      for (std::size_t i = begin; i < end; ++i, ++at) visit(xyz(*at), static_cast<point_index>(i));
+      for (std::size_t i = begin; i < end; ++i, ++at)
+        visit(xyz(*at), static_cast<point_index>(i));
     };
   };
   prepare((count + chunk_size - 1) / chunk_size);
@@ -159,11 +158,11 @@ inline local_points join_parts(std::vector<local_points> parts, const local_fram
 /// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
 /// far from it floats are coarse and the first point may be an outlier.
 template <point_range R>
-local_points import_points(const R& scan, const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ()) {
+local_points import_points(const R& scan, const vec3& up = {0, 0, 1}) {
   local_points result;
-  result.frame.local_from_scan_rotation = levelling_rotation(up);
-  std::vector<Eigen::Vector3d> finite;
-  for_each_finite(scan, [&](const Eigen::Vector3d& p, point_index i) {
+  result.frame.rotation = levelling_rotation(up);
+  std::vector<vec3> finite;
+  for_each_finite(scan, [&](const vec3& p, point_index i) {
     finite.push_back(p);
     result.index.push_back(i);
   });
@@ -175,11 +174,11 @@ local_points import_points(const R& scan, const Eigen::Vector3d& up = Eigen::Vec
     std::nth_element(values.begin(), middle, values.end());
     result.frame.origin[axis] = *middle;
   }
-  for (const Eigen::Vector3d& p : finite) {
-    const Eigen::Vector3f local = result.frame.to_local(p).template cast<float>();
-    result.x.push_back(local.x());
-    result.y.push_back(local.y());
-    result.z.push_back(local.z());
+  for (const vec3& p : finite) {
+    const vec3f local(result.frame.to_local(p));
+    result.x.push_back(local.x);
+    result.y.push_back(local.y);
+    result.z.push_back(local.z);
   }
   return result;
 }

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <vector>
 
 namespace globalmatch::detail {
 
@@ -18,6 +19,13 @@ inline double median(std::span<double> values) {
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return (*middle + *std::max_element(values.begin(), middle)) / 2;
+}
+
+/// The middle one of some values, which it reorders: of an even number the upper of two. At least one.
+inline double upper_median(std::vector<double>& values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 /// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful

@@ -3,7 +3,6 @@
 // sorted.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -238,25 +237,28 @@ class cell_sorter {
 
 /// Finds the corner of the lowest cells, and how many rows and heights there are.
 inline void cell_sorter::find_bounds(const execution& exec) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
   struct box {
-    Eigen::Array3f lowest = Eigen::Array3f::Constant(std::numeric_limits<float>::infinity());
-    Eigen::Array3f highest = -lowest;
-    void add(const Eigen::Array3f& low, const Eigen::Array3f& high) {
-      lowest = lowest.min(low);
-      highest = highest.max(high);
+    float lowest[3] = {infinite, infinite, infinite}, highest[3] = {-infinite, -infinite, -infinite};
+    void add(std::size_t axis, float low, float high) {
+      lowest[axis] = std::min(lowest[axis], low);
+      highest[axis] = std::max(highest[axis], high);
     }
   };
   std::vector<box> of_group(max_groups);
   for_each_part(exec, [&](std::size_t group, const local_points& points) {
-    for (std::size_t i = 0; i < points.size(); ++i) of_group[group].add(points[i].array(), points[i].array());
+    for (const float x : points.x) of_group[group].add(0, x, x);
+    for (const float y : points.y) of_group[group].add(1, y, y);
+    for (const float z : points.z) of_group[group].add(2, z, z);
   });
   box all;
-  for (const box& b : of_group) all.add(b.lowest, b.highest);
-  if (all.lowest.x() > all.highest.x()) return;  // no points
-  for (int d = 0; d < 3; ++d)
-    result_.corner[std::size_t(d)] = std::floor(double(all.lowest[d]) / result_.width) * result_.width;
-  rows_ = std::size_t(result_.number(all.highest.y(), 1)) + 1;
-  height_bits_ = static_cast<int>(std::bit_width(std::uint32_t(result_.number(all.highest.z(), 2))));
+  for (const box& b : of_group)
+    for (std::size_t axis = 0; axis < 3; ++axis) all.add(axis, b.lowest[axis], b.highest[axis]);
+  if (all.lowest[0] > all.highest[0]) return;  // no points
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    result_.corner[axis] = std::floor(double(all.lowest[axis]) / result_.width) * result_.width;
+  rows_ = std::size_t(result_.number(all.highest[1], 1)) + 1;
+  height_bits_ = static_cast<int>(std::bit_width(std::uint32_t(result_.number(all.highest[2], 2))));
 }
 
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.

@@ -2,7 +2,6 @@
 // In: points of a scan, one forward pass. Out: `lowest_raster`. Memory linear in the area that holds points.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -21,6 +20,7 @@
 
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
@@ -28,17 +28,24 @@
 
 namespace globalmatch::detail {
 
+/// In place of a point where there is none.
+inline constexpr vec3f no_point(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
+                                std::numeric_limits<float>::quiet_NaN());
+
+/// Each node of the terrain covers 2 x 2 cells of the lowest points.
+constexpr int lowest_cells_a_node = 2;
+
 /// The lowest point of each cell, NaN where a cell is empty. Coordinates [m] in `frame`, whose origin is the
 /// raster's corner.
 struct lowest_raster {
   local_frame frame;
   double resolution = 0;  ///< [m]
   int columns = 0, rows = 0;
-  std::vector<Eigen::Vector3f> points;  ///< row by row
+  std::vector<vec3f> points;  ///< row by row
 
   std::size_t cell(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
   bool holds(int c, int r) const {
-    return c >= 0 && r >= 0 && c < columns && r < rows && !std::isnan(points[cell(c, r)].z());
+    return c >= 0 && r >= 0 && c < columns && r < rows && !std::isnan(points[cell(c, r)].z);
   }
 };
 
@@ -78,11 +85,14 @@ class tiled_minima {
   const tile_map& tiles() const { return tiles_; }
 
   /// False also for what is not a number.
-  static bool within_reach(const Eigen::Vector3d& p) { return (p.array().abs() < beyond_any_plot).all(); }
+  static bool within_range(const vec3& p) {
+    return std::abs(p.x) < beyond_any_plot && std::abs(p.y) < beyond_any_plot &&
+           std::abs(p.z) < beyond_any_plot;
+  }
 
   static constexpr std::size_t batch_size = 256;
   /// At most a batch of points. Returns how many are of no plot.
-  std::size_t add(std::span<const Eigen::Vector3d> points) {
+  std::size_t add(std::span<const vec3> points) {
     std::array<place, batch_size> places;
     std::array<unsigned, batch_size> candidates;
     for (std::size_t i = 0; i < points.size(); ++i) places[i] = place_of(points[i]);
@@ -90,7 +100,7 @@ class tiled_minima {
     // Without branches, which nobody could foretell. What is not a number is no higher than anything.
     for (unsigned i = 0; i < points.size(); ++i) {
       candidates[count] = i;
-      count += !(float(points[i].z()) > near_[places[i].tile]->rounded[places[i].cell]);
+      count += !(float(points[i].z) > near_[places[i].tile]->rounded[places[i].cell]);
     }
     for (std::size_t k = 0; k < count; ++k)
       if (!keep(points[candidates[k]], places[candidates[k]])) ++lost;
@@ -104,16 +114,16 @@ class tiled_minima {
     unsigned tile, cell;
   };
 
-  place place_of(const Eigen::Vector3d& p) const {
+  place place_of(const vec3& p) const {
     constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
-    const double gx = p.x() * per_cell_ + middle, gy = p.y() * per_cell_ + middle;
-    const bool near = (gx >= 0) & (gx < all) & (gy >= 0) & (gy < all) & (std::abs(p.z()) < beyond_any_plot);
+    const double gx = p.x * per_cell_ + middle, gy = p.y * per_cell_ + middle;
+    const bool near = (gx >= 0) & (gx < all) & (gy >= 0) & (gy < all) & (std::abs(p.z) < beyond_any_plot);
     if (!near) return {elsewhere, 0};
     const auto c = static_cast<unsigned>(static_cast<int>(gx)),
                r = static_cast<unsigned>(static_cast<int>(gy));
     return {r / tile_cells * near_tiles + c / tile_cells, r % tile_cells * tile_cells + c % tile_cells};
   }
-  bool keep(const Eigen::Vector3d& p, const place& at) {
+  bool keep(const vec3& p, const place& at) {
     if (at.tile == elsewhere) return keep_far(p);
     const key k{int(at.tile / near_tiles) - int(near_tiles / 2),
                 int(at.tile % near_tiles) - int(near_tiles / 2)};
@@ -121,21 +131,21 @@ class tiled_minima {
     keep_in(*near_[at.tile], k, at.cell, p);
     return true;
   }
-  bool keep_far(const Eigen::Vector3d& p) {
-    if (!within_reach(p)) return false;
-    const key k{std::int64_t(std::floor(p.y() / tile_size_)), std::int64_t(std::floor(p.x() / tile_size_))};
+  bool keep_far(const vec3& p) {
+    if (!within_range(p)) return false;
+    const key k{std::int64_t(std::floor(p.y / tile_size_)), std::int64_t(std::floor(p.x / tile_size_))};
     const auto cell = [&](double v, std::int64_t t) {
       return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
     };
-    keep_in(tile_at(k), k, std::size_t(cell(p.y(), k.first) * tile_cells + cell(p.x(), k.second)), p);
+    keep_in(tile_at(k), k, std::size_t(cell(p.y, k.first) * tile_cells + cell(p.x, k.second)), p);
     return true;
   }
-  void keep_in(tile& t, const key& k, std::size_t cell, const Eigen::Vector3d& p) const {
-    const lowest candidate{p.z(), float(p.x() - double(k.second) * tile_size_),
-                           float(p.y() - double(k.first) * tile_size_)};
+  void keep_in(tile& t, const key& k, std::size_t cell, const vec3& p) const {
+    const lowest candidate{p.z, float(p.x - double(k.second) * tile_size_),
+                           float(p.y - double(k.first) * tile_size_)};
     if (!(candidate < t.cells[cell])) return;
     t.cells[cell] = candidate;
-    t.rounded[cell] = float(p.z());
+    t.rounded[cell] = float(p.z);
   }
   tile& tile_at(const key& k) {
     std::unique_ptr<tile>& found = tiles_[k];
@@ -193,9 +203,9 @@ inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& til
 
 /// The first point of a scan that may be of a plot.
 template <point_range R>
-std::optional<Eigen::Vector3d> first_within_reach(const R& scan) {
+std::optional<vec3> first_within_range(const R& scan) {
   for (const auto& p : scan)
-    if (const Eigen::Vector3d v = xyz(p); tiled_minima::within_reach(v)) return v;
+    if (const vec3 v = xyz(p); tiled_minima::within_range(v)) return v;
   return std::nullopt;
 }
 
@@ -226,13 +236,13 @@ inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<
 /// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
 /// if no point is finite. Cost: linear; parallel where the range gives random access.
 template <point_range R>
-lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen::Vector3d& up,
+lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3& up,
                                    ground_funnel& funnel, const execution& exec = {}) {
   lowest_raster raster;
-  raster.frame.local_from_scan_rotation = levelling_rotation(up);
+  raster.frame.rotation = levelling_rotation(up);
   raster.resolution = resolution;
   funnel = {};
-  raster.frame.origin = first_within_reach(scan).value_or(Eigen::Vector3d::Zero());
+  raster.frame.origin = first_within_range(scan).value_or(vec3{});
 
   // Whoever works on a chunk borrows a raster: there are no more of them than threads.
   std::vector<std::unique_ptr<tiled_minima>> idle;
@@ -249,13 +259,13 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
           }
         }
         if (!minima) minima = std::make_unique<tiled_minima>(resolution);
-        std::array<Eigen::Vector3d, tiled_minima::batch_size> batch;
+        std::array<vec3, tiled_minima::batch_size> batch;
         std::size_t in_batch = 0, points = 0, lost = 0;
         const auto hand_over = [&] {
           lost += minima->add({batch.data(), in_batch});
           points += std::exchange(in_batch, 0);
         };
-        visit_points([&](const Eigen::Vector3d& p, point_index) {
+        visit_points([&](const vec3& p, point_index) {
           batch[in_batch++] = raster.frame.to_local(p);
           if (in_batch == batch.size()) hand_over();
         });
@@ -282,147 +292,33 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const Eigen
   }
 
   // Whole metres above the first point: a shifted scan then gives the same local coordinates, bit for bit.
-  const auto middle = heights.begin() + std::ptrdiff_t(heights.size() / 2);
-  std::nth_element(heights.begin(), middle, heights.end());
   const double tile_size = resolution * tiled_minima::tile_cells;
-  const Eigen::Vector3d corner(double(low.second) * tile_size, double(low.first) * tile_size,
-                               std::floor(*middle));
+  const vec3 corner{double(low.second) * tile_size, double(low.first) * tile_size,
+                    std::floor(upper_median(heights))};
   raster.frame.origin = raster.frame.to_scan(corner);
   raster.columns = int(high.second - low.second + 1) * tiled_minima::tile_cells;
   raster.rows = int(high.first - low.first + 1) * tiled_minima::tile_cells;
   raster.points.resize(std::size_t(raster.columns) * std::size_t(raster.rows));
   parallel_for(
       exec, "ground", raster.points.size(),
-      [&](std::size_t i) { raster.points[i].setConstant(std::numeric_limits<float>::quiet_NaN()); }, 1 << 14);
+      [&](std::size_t i) { raster.points[i] = no_point; }, 1 << 14);
   parallel_for(
       exec, "ground", group.size(),
       [&](std::size_t g) {
         const auto& [k, tile] = std::tie(tiles[group[g]].key, *tiles[group[g]].minima);
-        const Eigen::Vector3d tile_corner(double(k.second - low.second) * tile_size,
-                                          double(k.first - low.first) * tile_size, -corner.z());
+        const vec3 tile_corner{double(k.second - low.second) * tile_size,
+                               double(k.first - low.first) * tile_size, -corner.z};
         for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
           const auto& lowest = tile.cells[std::size_t(i)];
           if (lowest.empty()) continue;
           const int r = int(k.first - low.first) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
           const int c = int(k.second - low.second) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
           raster.points[raster.cell(c, r)] =
-              (tile_corner + Eigen::Vector3d(lowest.x, lowest.y, lowest.z)).cast<float>();
+              vec3f(tile_corner + vec3{lowest.x, lowest.y, lowest.z});
         }
       },
       16);
   return raster;
 }
 
-/// Whether at least `minimum` points within two cells of a cell, itself not counted, are such that
-/// `counts(height)`.
-template <class Counts>
-bool are_around(const lowest_raster& raster, int column, int row, int minimum, const Counts& counts) {
-  const int left = std::max(column - 2, 0), right = std::min(column + 2, raster.columns - 1);
-  const int top = std::min(row + 2, raster.rows - 1);
-  for (int r = std::max(row - 2, 0); r <= top; ++r)
-    for (int c = left; c <= right; ++c) {
-      const float z = raster.points[raster.cell(c, r)].z();
-      if ((c != column || r != row) && !std::isnan(z) && counts(z) && --minimum == 0) return true;
-    }
-  return false;
-}
-
-/// With fewer points around it nobody can tell whether a point is an outlier.
-constexpr int min_around = 4;
-
-/// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
-/// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
-/// many.
-inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, const execution& exec = {}) {
-  std::vector<std::vector<std::size_t>> outliers(static_cast<std::size_t>(raster.rows));
-  parallel_for(
-      exec, "ground", outliers.size(),
-      [&](std::size_t row) {
-        const int r = int(row);
-        for (int c = 0; c < raster.columns; ++c) {
-          if (!raster.holds(c, r)) continue;
-          const double z = raster.points[raster.cell(c, r)].z();
-          const auto any = [](float) { return true; };
-          const auto near = [&](float other) { return other < z + depth; };
-          if (!are_around(raster, c, r, 2, near) && are_around(raster, c, r, min_around, any))
-            outliers[row].push_back(raster.cell(c, r));
-        }
-      },
-      16);
-  std::size_t removed = 0;
-  for (const auto& of_row : outliers)
-    for (const std::size_t i : of_row) {
-      raster.points[i].z() = std::numeric_limits<float>::quiet_NaN();
-      ++removed;
-    }
-  return removed;
-}
-
-/// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
-/// where no point proves ground. A border of one cell lies around.
-class ground_ceiling {
- public:
-  ground_ceiling(const lowest_raster& raster, double slope, const execution& exec)
-      : columns_(raster.columns),
-        straight_(float(slope * raster.resolution)),
-        heights_(std::size_t(raster.columns + 2) * std::size_t(raster.rows + 2), unbounded) {
-    const auto any = [](float) { return true; };
-    parallel_for(
-        exec, "ground", std::size_t(raster.rows),
-        [&](std::size_t of) {
-          const int r = int(of);
-          for (int c = 0; c < columns_; ++c)
-            if (raster.holds(c, r) && are_around(raster, c, r, min_around, any))
-              row(r)[c] = raster.points[raster.cell(c, r)].z();
-        },
-        16);
-    for (int r = 0; r < raster.rows; ++r) {
-      float* here = row(r);
-      climb_from(row(r - 1), here);
-      for (int c = 0; c < columns_; ++c) here[c] = std::min(here[c], here[c - 1] + straight_);
-    }
-    for (int r = raster.rows - 1; r >= 0; --r) {
-      float* here = row(r);
-      climb_from(row(r + 1), here);
-      for (int c = columns_ - 1; c >= 0; --c) here[c] = std::min(here[c], here[c + 1] + straight_);
-    }
-  }
-
-  /// By column.
-  const float* row(int r) const {
-    return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1;
-  }
-
- private:
-  static constexpr float unbounded = std::numeric_limits<float>::infinity();
-
-  float* row(int r) { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
-  void climb_from(const float* next, float* here) const {
-    const float diagonal = float(std::sqrt(2.0)) * straight_;
-    for (int c = 0; c < columns_; ++c)
-      here[c] =
-          std::min(here[c], std::min(next[c] + straight_, std::min(next[c - 1], next[c + 1]) + diagonal));
-  }
-
-  int columns_;
-  float straight_;  // [m] rise from one cell to the next
-  std::vector<float> heights_;
-};
-
-/// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
-/// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
-/// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
-/// ground. Returns how many. Cost: linear in the cells.
-inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step,
-                                      const execution& exec = {}) {
-  const ground_ceiling ceiling(raster, slope, exec);
-  std::size_t removed = 0;
-  for (int r = 0; r < raster.rows; ++r)
-    for (int c = 0; c < raster.columns; ++c)
-      if (float& z = raster.points[raster.cell(c, r)].z(); z > ceiling.row(r)[c] + float(step)) {
-        z = std::numeric_limits<float>::quiet_NaN();
-        ++removed;
-      }
-  return removed;
-}
 }  // namespace globalmatch::detail

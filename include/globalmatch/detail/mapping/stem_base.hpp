@@ -3,8 +3,6 @@
 // uncertainty.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <cmath>
@@ -12,24 +10,25 @@
 #include <optional>
 #include <vector>
 
+#include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
 
 /// Where the axis meets the terrain, local frame; nothing when that lies beyond the raster.
-inline std::optional<Eigen::Vector3d> intersect_terrain(const cylinder& c, const terrain& ground) {
+inline std::optional<vec3> intersect_terrain(const cylinder& c, const terrain& ground) {
   constexpr int max_iterations = 20;
   constexpr double close_enough = 1e-9;  // [m]
-  Eigen::Vector3d p = c.point;
+  vec3 p = c.point;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    if (!ground.covers(p.x(), p.y())) return std::nullopt;
-    const double z = ground.interpolated_height(p.x(), p.y());
-    const double step = std::abs(z - p.z());
+    if (!ground.covers(p.x, p.y)) return std::nullopt;
+    const double z = ground.interpolated_height(p.x, p.y);
+    const double step = std::abs(z - p.z);
     p = c.at_height(z);
     if (step < close_enough) break;
   }
-  if (!ground.covers(p.x(), p.y())) return std::nullopt;
+  if (!ground.covers(p.x, p.y)) return std::nullopt;
   return p;
 }
 
@@ -52,47 +51,47 @@ inline std::optional<ground_height> ground_at(const terrain& ground, double x, d
   constexpr double calibration = 0.6;            // of the standard deviation that these variances make
   constexpr int max_iterations = 4;
   constexpr std::size_t min_points = 8;
-  std::vector<Eigen::Vector3d> around;  // from the foot
+  std::vector<vec3> around;  // from the foot
   for (double search_radius = nearest; search_radius <= max_radius && around.size() < min_points;
        search_radius *= 2) {
     around.clear();
-    ground.for_each_ground_near(x, y, search_radius, [&](const Eigen::Vector3f& p) {
-      const Eigen::Vector3d d(p.x() - x, p.y() - y, p.z());
-      const double distance = d.head<2>().norm();
+    ground.for_each_ground_near(x, y, search_radius, [&](const vec3f& p) {
+      const vec3 d{p.x - x, p.y - y, p.z};
+      const double distance = d.xy().norm();
       if (distance > radius + root_flare && distance < search_radius) around.push_back(d);
     });
   }
   if (around.size() < 3) return std::nullopt;
   std::optional<ground_height> found;
   for (int iteration = 0; iteration < max_iterations && around.size() >= 3; ++iteration) {
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
+    mat3 normal;
+    vec3 right;
     double weights = 0;
-    const double reference = around.front().z();
-    const auto weight = [&](const Eigen::Vector3d& d) {
-      const double growth = 1 + d.head<2>().squaredNorm() / (kernel * kernel);
+    const double reference = around.front().z;
+    const auto weight = [&](const vec3& d) {
+      const double growth = 1 + d.xy().squared_norm() / (kernel * kernel);
       return 1 / (growth * growth);
     };
-    for (const Eigen::Vector3d& d : around) {
-      const Eigen::Vector3d row(1, d.x(), d.y());
-      normal += weight(d) * row * row.transpose();
-      right += weight(d) * row * (d.z() - reference);
+    for (const vec3& d : around) {
+      const vec3 row{1, d.x, d.y};
+      normal += outer(weight(d) * row, row);
+      right += weight(d) * row * (d.z - reference);
       weights += weight(d);
     }
     normal(1, 1) += ridge * weights;
     normal(2, 2) += ridge * weights;
-    const Eigen::Matrix3d inverse = normal.inverse();
-    const Eigen::Vector3d plane = inverse * right;
-    const auto residual = [&](const Eigen::Vector3d& d) {
-      return d.z() - reference - plane.dot(Eigen::Vector3d(1, d.x(), d.y()));
+    const mat3 inverse = normal.inverse();
+    const vec3 plane = inverse * right;
+    const auto residual = [&](const vec3& d) {
+      return d.z - reference - plane.dot({1, d.x, d.y});
     };
     double squares = 0;
-    for (const Eigen::Vector3d& d : around) squares += weight(d) * residual(d) * residual(d);
+    for (const vec3& d : around) squares += weight(d) * residual(d) * residual(d);
     const double noise = std::sqrt(squares / weights);
-    found = {reference + plane.x(),
+    found = {reference + plane.x,
              calibration * std::max(noise, roughness) * std::sqrt(std::max(inverse(0, 0), 0.0))};
     const double limit = 1.2 * std::max(roughness, noise);
-    if (std::erase_if(around, [&](const Eigen::Vector3d& d) { return residual(d) > limit; }) == 0) break;
+    if (std::erase_if(around, [&](const vec3& d) { return residual(d) > limit; }) == 0) break;
   }
   return found;
 }

@@ -1,7 +1,6 @@
 // Stem positions ([GM] 3.1): where a stem's axis meets the terrain. Fragments of one stem become one.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <cmath>
@@ -16,6 +15,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
+#include "globalmatch/detail/mapping/cylinder_fit.hpp"
 #include "globalmatch/detail/mapping/stem_base.hpp"
 #include "globalmatch/detail/mapping/stem_cylinders.hpp"
 #include "globalmatch/execution.hpp"
@@ -37,7 +37,7 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
   std::vector<fragment_with_base> fragments, merged;
   for (stem_cylinder& s : found.stems)
     if (const auto base = intersect_terrain(s.cylinder, ground))
-      fragments.push_back({std::move(s), base->z()});
+      fragments.push_back({std::move(s), base->z});
   sort_stably(fragments, [](const fragment_with_base& a, const fragment_with_base& b) {
     return a.stem.support.size() > b.stem.support.size();
   });
@@ -46,7 +46,7 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
     const auto touch = [&](double z) {
       return (ca.at_height(z) - cb.at_height(z)).norm() < std::max(ca.radius, cb.radius);
     };
-    return touch(a.ground_height) || touch(ca.point.z()) || touch(cb.point.z());
+    return touch(a.ground_height) || touch(ca.point.z) || touch(cb.point.z);
   };
   for (fragment_with_base& fragment : fragments) {
     const auto whole = std::find_if(merged.begin(), merged.end(),
@@ -58,8 +58,8 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
     std::vector<point_index> support;
     std::set_union(whole->stem.support.begin(), whole->stem.support.end(), fragment.stem.support.begin(),
                    fragment.stem.support.end(), std::back_inserter(support));
-    std::vector<Eigen::Vector3d> both;
-    for (const point_index i : support) both.push_back(understory[i].cast<double>());
+    std::vector<vec3> both;
+    for (const point_index i : support) both.push_back(vec3(understory[i]));
     if (const auto refined = refine_cylinder(whole->stem.cylinder, both, found.distance_tolerance, options))
       whole->stem.cylinder = *refined;
     whole->stem.support = std::move(support);
@@ -106,23 +106,23 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   auto position = intersect_terrain(found.cylinder, ground);
   if (!position) return std::nullopt;
   stem s;
-  if (const auto at = ground_at(ground, position->x(), position->y(), found.cylinder.radius)) {
+  if (const auto at = ground_at(ground, position->x, position->y, found.cylinder.radius)) {
     position = found.cylinder.at_height(at->height);
     s.height_sigma = at->sigma;
   }
-  s.position = ground.frame.to_scan(*position);
-  s.axis = ground.frame.local_from_scan_rotation.transpose() * found.cylinder.axis;
+  s.position = ground.frame.to_scan(*position).as<Eigen::Vector3d>();
+  s.axis = transpose_times(ground.frame.rotation, found.cylinder.axis).as<Eigen::Vector3d>();
   const double base = found.cylinder.axis.dot(*position - found.cylinder.point);
-  const double lean = found.cylinder.axis.head<2>().norm() / found.cylinder.axis.z();
+  const double lean = found.cylinder.axis.xy().norm() / found.cylinder.axis.z;
   s.position_sigma =
       std::hypot(calibration * axis_uncertainty(found.covariance, base), lean * s.height_sigma);
-  s.radius = found.cylinder.radius_at_height(position->z() + breast_height);
+  s.radius = found.cylinder.radius_at_height(position->z + breast_height);
   s.radius_sigma = std::hypot(
-      calibration * radius_uncertainty(found.covariance, base + breast_height / found.cylinder.axis.z()),
+      calibration * radius_uncertainty(found.covariance, base + breast_height / found.cylinder.axis.z),
       found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
-  s.ground_seen = ground.is_known(position->x(), position->y());
+  s.ground_seen = ground.is_known(position->x, position->y);
   s.support = in_scan_order(found.support, points);
   return s;
 }
@@ -139,8 +139,8 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
   for (auto& s : located)
     if (s) stems.push_back(std::move(*s));
   std::sort(stems.begin(), stems.end(), [](const stem& a, const stem& b) {
-    return std::lexicographical_compare(a.position.begin(), a.position.end(), b.position.begin(),
-                                        b.position.end());
+    const double *p = a.position.data(), *q = b.position.data();
+    return std::lexicographical_compare(p, p + 3, q, q + 3);
   });
   return stems;
 }

@@ -3,7 +3,6 @@
 // placed. [GM] fits cylinders proper to all points. Parallel over stems.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <cstddef>
@@ -11,8 +10,10 @@
 #include <vector>
 
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
+#include "globalmatch/detail/mapping/cylinder_fit.hpp"
 #include "globalmatch/detail/mapping/stem_base.hpp"
 #include "globalmatch/detail/mapping/stem_cylinders.hpp"
 #include "globalmatch/execution.hpp"
@@ -23,17 +24,17 @@ namespace globalmatch::detail {
 
 /// Points on a stem above the root flare, on which a taper that is no stem's would bend the axis; none where
 /// the stem does not meet the terrain.
-inline std::vector<Eigen::Vector3d> above_root_flare(const stem_cylinder& stem, const local_points& points,
+inline std::vector<vec3> above_root_flare(const stem_cylinder& stem, const local_points& points,
                                                      const terrain& ground) {
   constexpr double root_flare = 0.4;       // [m] above the ground
   constexpr std::size_t max_points = 800;  // that are fitted
-  std::vector<Eigen::Vector3d> above;
+  std::vector<vec3> above;
   const auto base = intersect_terrain(stem.cylinder, ground);
   if (!base) return above;
   const std::size_t step = (stem.support.size() + max_points - 1) / max_points;
   for (std::size_t k = 0; k < stem.support.size(); k += step)
-    if (const auto p = points[stem.support[k]]; p.z() > base->z() + root_flare)
-      above.push_back(p.cast<double>());
+    if (const auto p = points[stem.support[k]]; p.z > base->z + root_flare)
+      above.push_back(vec3(p));
   return above;
 }
 
@@ -73,9 +74,7 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
   for (const auto& taper : relative_tapers)
     if (taper) tapers.push_back(*taper);
   if (tapers.size() < min_stems) return std::nullopt;
-  const auto middle = tapers.begin() + std::ptrdiff_t(tapers.size() / 2);
-  std::nth_element(tapers.begin(), middle, tapers.end());
-  return *middle;
+  return upper_median(tapers);
 }
 
 /// Fits all stems anew above the root flare, with the taper that the scan's best seen stems tell in place of

@@ -2,7 +2,6 @@
 // In: points of a scan (one pass) and its terrain. Out: `local_points` in the terrain's frame.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -104,11 +103,11 @@ struct point_batch {
   std::array<point_index, capacity> index;
   std::size_t count = 0;
 
-  void push_back(const Eigen::Vector3f& p, point_index i) {
-    x[count] = p.x(), y[count] = p.y(), z[count] = p.z();
+  void push_back(const vec3f& p, point_index i) {
+    x[count] = p.x, y[count] = p.y, z[count] = p.z;
     index[count++] = i;
   }
-  Eigen::Vector3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  vec3f operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
 };
 
 /// Calls `visit(i)` for the points of a batch in the layer, in their order.
@@ -164,20 +163,20 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
         local_points kept;
         kept.reserve(points_a_chunk);
         std::size_t inside = 0;
-        Eigen::Vector3f last = Eigen::Vector3f::Constant(1e9f);
+        vec3f last(1e9f, 1e9f, 1e9f);
         point_batch batch;
         const auto hand_over = [&] {
           for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
             ++inside;
-            const Eigen::Vector3f p = batch[i];
-            if ((p - last).squaredNorm() < min_squared) return;
+            const vec3f p = batch[i];
+            if ((p - last).squared_norm() < min_squared) return;
             last = p;
             kept.push_back(p, batch.index[i]);
           });
           batch.count = 0;
         };
-        visit_points([&](const Eigen::Vector3d& p, point_index i) {
-          batch.push_back(ground.frame.to_local(p).cast<float>(), i);
+        visit_points([&](const vec3& p, point_index i) {
+          batch.push_back(vec3f(ground.frame.to_local(p)), i);
           if (batch.count == point_batch::capacity) hand_over();
         });
         hand_over();

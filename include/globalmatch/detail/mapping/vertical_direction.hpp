@@ -3,8 +3,6 @@
 // because slopes are no tilt.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
@@ -14,50 +12,75 @@
 #include <span>
 #include <vector>
 
+#include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/mapping_options.hpp"
 #include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
 
-/// Angle [rad] between two unit vectors.
-inline double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 /// The direction that stems stand in, from their axes (unit, pointing up): the mean in which those count less
 /// that lean more (Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2)). Nothing from
 /// fewer than ten stems. Cost: linear.
-inline std::optional<upright_direction> upright_of(std::span<const Eigen::Vector3d> axes) {
+inline std::optional<upright_direction> upright_of(std::span<const vec3> axes) {
   constexpr std::size_t min_stems = 10;
   constexpr int max_iterations = 20;
   constexpr double tukey_constant = 4.685, median_of_rayleigh = 1.1774;  // standard deviations
   constexpr double min_noise = 1e-6;                                     // [rad]
   if (axes.size() < min_stems) return std::nullopt;
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& a : axes) first += a;
-  upright_direction upright{first.normalized(), 0};
+  vec3 first = vec3{};
+  for (const vec3& a : axes) first += a;
+  vec3 up = first.normalized();
+  double sigma = 0;
   std::vector<double> tilts(axes.size());
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    for (std::size_t i = 0; i < axes.size(); ++i) tilts[i] = angle_between(axes[i], upright.up);
+    for (std::size_t i = 0; i < axes.size(); ++i) tilts[i] = angle_between(axes[i], up);
     const double noise = std::max(median(tilts) / median_of_rayleigh, min_noise);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    vec3 sum = vec3{};
     double weights = 0;
-    for (const Eigen::Vector3d& a : axes) {
-      const double off = std::pow(angle_between(a, upright.up) / (tukey_constant * noise), 2);
+    for (const vec3& a : axes) {
+      const double off = std::pow(angle_between(a, up) / (tukey_constant * noise), 2);
       const double weight = off < 1 ? std::pow(1 - off, 2) : 0;
       sum += weight * a;
       weights += weight;
     }
-    upright = {sum.normalized(), noise / std::sqrt(weights)};
+    up = sum.normalized();
+    sigma = noise / std::sqrt(weights);
   }
-  return upright;
+  return upright_direction{up.as<Eigen::Vector3d>(), sigma};
 }
 
-/// Whether stems stand clearly askew to `up` (unit): by more than they may by chance, and more than stands do
-/// that lean with the wind.
-inline bool is_tilted(const upright_direction& upright, const Eigen::Vector3d& up) {
-  constexpr double deviations = 4, usual = 4 * std::numbers::pi / 180;  // [rad]
-  return angle_between(upright.up, up) > std::max(usual, deviations * upright.sigma);
+inline std::vector<vec3> axes_of(const std::vector<stem>& stems) {
+  std::vector<vec3> axes;
+  for (const stem& s : stems) axes.push_back(vec3::from(s.axis));
+  return axes;
+}
+
+/// A map without stems yet, of a scan whose vertical is taken to be `up`.
+inline stem_map empty_map(const vec3& up) {
+  stem_map map;
+  map.up = map.given_up = up.stable_normalized().as<Eigen::Vector3d>();
+  return map;
+}
+
+/// Whether the vertical of a map is to be that of its stems.
+inline bool takes_vertical_from_stems(const stem_map& map, const mapping_options& options) {
+  if (!map.upright) return false;
+  return options.vertical == vertical_rule::stems ||
+         (options.vertical == vertical_rule::stems_if_tilted && is_tilted(map));
+}
+
+/// Whether stems are so far from the vertical of a map that some were not found.
+inline bool is_far_from_upright(const stem_map& map) {
+  constexpr double all_found = 15 * std::numbers::pi / 180;  // [rad] half of what stems may lean
+  return angle_between(map.upright->up, map.up) > all_found;
+}
+
+/// Takes the vertical of a map from its stems, if there are enough.
+inline void take_vertical_from_stems(stem_map& map) {
+  if (map.upright) map.up = map.upright->up;
+  map.up_by_stems = true;
 }
 
 }  // namespace globalmatch::detail

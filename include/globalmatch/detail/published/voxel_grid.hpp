@@ -2,7 +2,6 @@
 // points.
 #pragma once
 
-#include <Eigen/Core>
 
 #include <algorithm>
 #include <array>
@@ -35,14 +34,14 @@ inline void keep_nearest_to_centroids(const local_points& points, std::vector<vo
                                       std::vector<point_index>& kept) {
   std::sort(members.begin(), members.end());
   for (std::size_t begin = 0, end = 0; begin < members.size(); begin = end) {
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    vec3 sum = vec3{};
     for (end = begin; end < members.size() && members[end].voxel == members[begin].voxel; ++end)
-      sum += points[members[end].index].cast<double>();
-    const Eigen::Vector3d centroid = sum / double(end - begin);
+      sum += vec3(points[members[end].index]);
+    const vec3 centroid = sum / double(end - begin);
     point_index nearest = 0;
     double min_squared_distance = std::numeric_limits<double>::infinity();
     for (std::size_t k = begin; k < end; ++k) {
-      const double squared_distance = (points[members[k].index].cast<double>() - centroid).squaredNorm();
+      const double squared_distance = (vec3(points[members[k].index]) - centroid).squared_norm();
       if (squared_distance < min_squared_distance) {
         min_squared_distance = squared_distance;
         nearest = members[k].index;

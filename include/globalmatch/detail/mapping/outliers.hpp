@@ -1,0 +1,129 @@
+// Lowest points that are no ground: multipath returns below it, and stems and crowns above it.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/execution.hpp"
+
+namespace globalmatch::detail {
+
+/// Whether at least `minimum` points within two cells of a cell, itself not counted, are such that
+/// `counts(height)`.
+template <class Counts>
+bool are_around(const lowest_raster& raster, int column, int row, int minimum, const Counts& counts) {
+  const int left = std::max(column - 2, 0), right = std::min(column + 2, raster.columns - 1);
+  const int top = std::min(row + 2, raster.rows - 1);
+  for (int r = std::max(row - 2, 0); r <= top; ++r)
+    for (int c = left; c <= right; ++c) {
+      const float z = raster.points[raster.cell(c, r)].z;
+      if ((c != column || r != row) && !std::isnan(z) && counts(z) && --minimum == 0) return true;
+    }
+  return false;
+}
+
+/// With fewer points around it nobody can tell whether a point is an outlier.
+constexpr int min_around = 4;
+
+/// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:
+/// multipath returns come singly or in twos, while on a slope some neighbour is always lower. Returns how
+/// many.
+inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, const execution& exec = {}) {
+  std::vector<std::vector<std::size_t>> outliers(static_cast<std::size_t>(raster.rows));
+  parallel_for(
+      exec, "ground", outliers.size(),
+      [&](std::size_t row) {
+        const int r = int(row);
+        for (int c = 0; c < raster.columns; ++c) {
+          if (!raster.holds(c, r)) continue;
+          const double z = raster.points[raster.cell(c, r)].z;
+          const auto any = [](float) { return true; };
+          const auto near = [&](float other) { return other < z + depth; };
+          if (!are_around(raster, c, r, 2, near) && are_around(raster, c, r, min_around, any))
+            outliers[row].push_back(raster.cell(c, r));
+        }
+      },
+      16);
+  std::size_t removed = 0;
+  for (const auto& of_row : outliers)
+    for (const std::size_t i : of_row) {
+      raster.points[i].z = std::numeric_limits<float>::quiet_NaN();
+      ++removed;
+    }
+  return removed;
+}
+
+/// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
+/// where no point proves ground. A border of one cell lies around.
+class ground_ceiling {
+ public:
+  ground_ceiling(const lowest_raster& raster, double slope, const execution& exec)
+      : columns_(raster.columns),
+        straight_(float(slope * raster.resolution)),
+        heights_(std::size_t(raster.columns + 2) * std::size_t(raster.rows + 2), unbounded) {
+    const auto any = [](float) { return true; };
+    parallel_for(
+        exec, "ground", std::size_t(raster.rows),
+        [&](std::size_t of) {
+          const int r = int(of);
+          for (int c = 0; c < columns_; ++c)
+            if (raster.holds(c, r) && are_around(raster, c, r, min_around, any))
+              row(r)[c] = raster.points[raster.cell(c, r)].z;
+        },
+        16);
+    for (int r = 0; r < raster.rows; ++r) {
+      float* here = row(r);
+      climb_from(row(r - 1), here);
+      for (int c = 0; c < columns_; ++c) here[c] = std::min(here[c], here[c - 1] + straight_);
+    }
+    for (int r = raster.rows - 1; r >= 0; --r) {
+      float* here = row(r);
+      climb_from(row(r + 1), here);
+      for (int c = columns_ - 1; c >= 0; --c) here[c] = std::min(here[c], here[c + 1] + straight_);
+    }
+  }
+
+  /// By column.
+  const float* row(int r) const {
+    return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1;
+  }
+
+ private:
+  static constexpr float unbounded = std::numeric_limits<float>::infinity();
+
+  float* row(int r) { return heights_.data() + std::size_t(r + 1) * std::size_t(columns_ + 2) + 1; }
+  void climb_from(const float* next, float* here) const {
+    const float diagonal = float(std::sqrt(2.0)) * straight_;
+    for (int c = 0; c < columns_; ++c)
+      here[c] =
+          std::min(here[c], std::min(next[c] + straight_, std::min(next[c - 1], next[c + 1]) + diagonal));
+  }
+
+  int columns_;
+  float straight_;  // [m] rise from one cell to the next
+  std::vector<float> heights_;
+};
+
+/// Empties the cells whose point no ground reaches: it stands more than `step` [m] above what rises by
+/// `slope` [m/m] from some lower point (slope based filtering, Vosselman 2000, ISPRS Archives 33). Behind
+/// shrubs the lowest points are on stems and crowns. A lone point, which may be an outlier, is no proof of
+/// ground. Returns how many. Cost: linear in the cells.
+inline std::size_t remove_unreachable(lowest_raster& raster, double slope, double step,
+                                      const execution& exec = {}) {
+  const ground_ceiling ceiling(raster, slope, exec);
+  std::size_t removed = 0;
+  for (int r = 0; r < raster.rows; ++r)
+    for (int c = 0; c < raster.columns; ++c)
+      if (float& z = raster.points[raster.cell(c, r)].z; z > ceiling.row(r)[c] + float(step)) {
+        z = std::numeric_limits<float>::quiet_NaN();
+        ++removed;
+      }
+  return removed;
+}
+
+}  // namespace globalmatch::detail
