@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/transform.hpp"
@@ -101,10 +102,17 @@ inline positions reordered(const positions& stems, const std::vector<std::size_t
 /// A set that keeps the order and the coordinates of `stems`, so that stem i means the same in two maps.
 inline position_set set_in_order(const positions& stems) {
   position_set set;
-  for (const Eigen::Vector3d& p : stems) set.at.push_back(detail::vec3::from(p));
+  for (const Eigen::Vector3d& p : stems) set.at.push_back(from_eigen(p));
   set.original.resize(stems.size());
   std::iota(set.original.begin(), set.original.end(), stem_index(0));
   return set;
+}
+
+/// The stems of a set, in its frame.
+inline positions positions_of(const position_set& set) {
+  positions stems;
+  for (const vec3& p : set.at) stems.push_back(to_eigen(p));
+  return stems;
 }
 
 /// Two scans of neighbouring parts of one plot.

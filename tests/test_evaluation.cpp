@@ -183,4 +183,14 @@ TEST_CASE("finds are paired with true stems one to one, the nearest first") {
   CHECK_THROWS_AS(pair_finds(found, truth, 0), std::invalid_argument);
 }
 
+TEST_CASE("a found stem is counted as found where it is required, in whatever order both maps are") {
+  const positions truth = {{0, 0, 0}, {10, 0, 0}, {20, 0, 0}, {30, 0, 0}, {40, 0, 0}};
+  const positions found = {{40, 0.1, 0}, {10, -0.1, 0}, {0.1, 0, 0}};
+  const auto required = [&](std::size_t only) {
+    return score_map(found, truth, 0.25, [&](std::size_t i) { return i == only; }).required_found;
+  };
+  CHECK((required(0) == 1 && required(1) == 1 && required(4) == 1));
+  CHECK((required(2) == 0 && required(3) == 0));
+}
+
 }  // namespace globalmatch

@@ -100,7 +100,7 @@ TEST_CASE("match_locally equals brute force for positions of any type") {
 TEST_CASE("match_locally gives each target triangle one partner at most, the most similar, in their order") {
   random_source random(2);
   const position_set source = scenes::set_in_order(scenes::random_stems(random, 30, 20, 20));
-  const position_set target = scenes::set_in_order(scenes::noisy(source.at, 0.02, random));
+  const position_set target = scenes::set_in_order(scenes::noisy(scenes::positions_of(source), 0.02, random));
   const auto source_triangles = build_triangles(source, false, {.neighbors = 8});
   const auto target_triangles = build_triangles(target, false, {.neighbors = 8});
   const auto pairs = match_locally(source_triangles, target_triangles, 0.05);
@@ -163,7 +163,7 @@ TEST_CASE("match_locally finds no pairs where there are no triangles") {
 TEST_CASE("match_locally gives the same bits for any number of threads") {
   random_source random(4);
   const position_set source = scenes::set_in_order(scenes::random_stems(random, 60, 20, 20));
-  const position_set target = scenes::set_in_order(scenes::noisy(source.at, 0.02, random));
+  const position_set target = scenes::set_in_order(scenes::noisy(scenes::positions_of(source), 0.02, random));
   const auto source_triangles = build_triangles(source, false),
              target_triangles = build_triangles(target, false);
   REQUIRE(target_triangles.size() > 2048);
@@ -183,6 +183,18 @@ TEST_CASE("match_locally stops when the progress callback says so") {
   const std::vector<triangle> one = {with_edges(8, 6, 4)};
   const execution exec{.threads = 1, .on_progress = [](const progress&) { return false; }};
   CHECK_THROWS_AS(match_locally(one, one, 0.05, exec), operation_cancelled);
+}
+
+TEST_CASE("match_locally loses no pair to rounding where edges are long") {
+  constexpr double epsilon = 0.05;
+  random_source random(31);
+  for (int i = 0; i < 500; ++i) {
+    const double a = scenes::uniform(random, 900, 1000), b = scenes::uniform(random, 700, 800),
+                 c = scenes::uniform(random, 500, 600), off = epsilon * (1 - 1e-9);
+    const auto pairs =
+        match_locally({with_edges(a, b, c)}, {with_edges(a + off, b - off, c + off)}, epsilon);
+    CHECK(pairs.size() == 1);
+  }
 }
 
 }  // namespace globalmatch

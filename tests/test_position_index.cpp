@@ -14,7 +14,7 @@ using scenes::positions;
 namespace {
 
 double horizontal_squared(const position_set& stems, std::size_t i, std::size_t j) {
-  return (stems.at[i] - stems.at[j]).head<2>().squaredNorm();
+  return (stems.at[i] - stems.at[j]).xy().squared_norm();
 }
 
 void require_brute_force(const position_set& stems) {
@@ -35,7 +35,7 @@ void require_brute_force(const position_set& stems) {
       }
     }
     std::vector<stem_index> within;
-    index.for_each_within(stems.at[i].x(), stems.at[i].y(), 4, [&](stem_index j, double squared) {
+    index.for_each_within(stems.at[i].x, stems.at[i].y, 4, [&](stem_index j, double squared) {
       CHECK(squared == Approx(horizontal_squared(stems, i, j)).margin(1e-12));
       within.push_back(j);
     });
@@ -43,11 +43,11 @@ void require_brute_force(const position_set& stems) {
     for (const auto& n : expected) expected_within += n.squared_distance < 16;
     CHECK(within.size() == expected_within);
     for (const double radius : {0.5, 2.0, 8.0}) {
-      const Eigen::Vector3d place = stems.at[i] + Eigen::Vector3d(1, 1, 0);
+      const vec3 place = stems.at[i] + vec3{1, 1, 0};
       bool any = false;
-      for (const Eigen::Vector3d& p : stems.at)
-        any = any || (p - place).head<2>().squaredNorm() < radius * radius;
-      CHECK(index.any_within(place.x(), place.y(), radius) == any);
+      for (const vec3& p : stems.at)
+        any = any || (p - place).xy().squared_norm() < radius * radius;
+      CHECK(index.any_within(place.x, place.y, radius) == any);
     }
   }
 }
@@ -80,6 +80,21 @@ TEST_CASE("maps of no stem and of one have no neighbours") {
   std::vector<neighbor<double>> found = {{7, 1.0}};
   one.nearest(0, 3, found);
   CHECK(found.empty());
+}
+
+TEST_CASE("the middle extent is that of the stems without the outer tenths, along each axis") {
+  positions line;
+  for (int i = 0; i < 20; ++i) line.push_back({2.0 * i - 100, 5.0 * ((7 * i) % 20) + 3, 11.0 * i});
+  const position_set stems = scenes::set_in_order(line);
+  CHECK(middle_extent(stems, 0) == 2 * (17 - 2));
+  CHECK(middle_extent(stems, 1) == 5 * (17 - 2));
+}
+
+TEST_CASE("the spacing is that of a square grid of equal density, whatever the shape of the map") {
+  positions stems;
+  for (int i = 0; i < 90; ++i)
+    for (int j = 0; j < 30; ++j) stems.push_back({3.0 * i - 40, 0.8 * j + 900, 0.2 * i});
+  CHECK(position_index(scenes::set_in_order(stems)).spacing() == Approx(std::sqrt(3 * 0.8)).epsilon(0.05));
 }
 
 }  // namespace globalmatch

@@ -58,10 +58,10 @@ void require_increasing_and_mapped_back(const R& given, const position_set& set)
   REQUIRE(set.size() == static_cast<std::size_t>(std::ranges::distance(given)));
   REQUIRE(set.original.size() == set.size());
   positions of_caller;
-  for (const auto& p : given) of_caller.push_back(xyz(p));
+  for (const auto& p : given) of_caller.push_back(to_eigen(xyz(p)));
   std::vector<bool> seen(set.size());
   for (std::size_t i = 0; i < set.size(); ++i) {
-    CHECK((set.frame.to_scan(set.at[i]) - of_caller[set.original[i]]).norm() < 1e-12);
+    CHECK((to_eigen(set.frame.to_scan(set.at[i])) - of_caller[set.original[i]]).norm() < 1e-12);
     CHECK_FALSE(seen[set.original[i]]);
     seen[set.original[i]] = true;
     if (i == 0) continue;
@@ -86,7 +86,7 @@ TEST_CASE("import_positions sorts stems of any type by position and maps them ba
     const position_set set = import_positions(range, z_up, "source");
     CHECK_FALSE(set.has_heights);
     require_increasing_and_mapped_back(range, set);
-    for (const Eigen::Vector3d& p : set.at) CHECK(p.z() == 0);
+    for (const vec3& p : set.at) CHECK(p.z == 0);
   });
 }
 
@@ -198,8 +198,8 @@ TEST_CASE("import_positions makes height along any up the z of its frame and kee
     const position_set set = import_positions(stems, up, "source");
     for (std::size_t i = 1; i < set.size(); ++i) {
       const Eigen::Vector3d given = stems[set.original[i]] - stems[set.original[0]];
-      const Eigen::Vector3d local = set.at[i] - set.at[0];
-      CHECK(local.z() == Approx(given.dot(up.normalized())).margin(1e-12));
+      const vec3 local = set.at[i] - set.at[0];
+      CHECK(local.z == Approx(given.dot(up.normalized())).margin(1e-12));
       CHECK(local.norm() == Approx(given.norm()));
     }
   }
@@ -209,7 +209,7 @@ TEST_CASE("positions in plan have no heights whatever the up") {
   const std::vector<Eigen::Vector2d> stems = {{0, 0}, {5, 1}, {2, 7}};
   const position_set set = import_positions(stems, Eigen::Vector3d(0.1, 0.2, 0.9), "source");
   for (std::size_t i = 0; i < set.size(); ++i) {
-    CHECK(set.at[i].z() == 0);
+    CHECK(set.at[i].z == 0);
     CHECK((set.at[i] - set.at[0]).norm() ==
           Approx((stems[set.original[i]] - stems[set.original[0]]).norm()).margin(1e-12));
   }
@@ -219,9 +219,9 @@ TEST_CASE("import_positions keeps tenths of millimetres of coordinates of a mill
   const positions stems = {{1e6, 5e6, 1e3}, {1e6 + 1e-4, 5e6, 1e3}, {1e6, 5e6 + 7, 1e3 - 1e-4}};
   const position_set set = import_positions(stems, z_up, "source");
   CHECK(set.at[0].norm() == 0);
-  CHECK(set.at[1].y() == Approx(7).margin(1e-8));
-  CHECK(set.at[1].z() == Approx(-1e-4).margin(1e-8));
-  CHECK(set.at[2].x() == Approx(1e-4).margin(1e-8));
+  CHECK(set.at[1].y == Approx(7).margin(1e-8));
+  CHECK(set.at[1].z == Approx(-1e-4).margin(1e-8));
+  CHECK(set.at[2].x == Approx(1e-4).margin(1e-8));
 }
 
 TEST_CASE("stem_distance leaves heights out where they do not count") {

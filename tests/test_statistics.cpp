@@ -8,6 +8,7 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "oracles/uniform_sum_tail.hpp"
 
 namespace globalmatch {
 
@@ -137,6 +138,25 @@ TEST_CASE("the tail of a product is no probability above 1, and 0 of a product o
     CHECK(log_product_tail(-std::numeric_limits<double>::infinity(), count) ==
           -std::numeric_limits<double>::infinity());
   }
+}
+
+TEST_CASE("the bound of the binomial tail leaves out the second order of its series alone") {
+  for (const int tries : {2, 10, 50})
+    for (const int k : {1, 2}) {
+      CAPTURE(tries, k);
+      const double p = 1e-4 / tries, exact = std::log(binomial_tail(k, tries, p));
+      CHECK(log_binomial_tail(k, tries, p) - exact == Approx(0).margin(1e-8));
+    }
+}
+
+TEST_CASE("the tail of a sum of uniform numbers is good to some hundredths in its logarithm") {
+  for (const double p : {0.05, 0.2, 0.6})
+    for (const double share : {0.1, 0.35, 0.5}) {
+      if (share < 0.75 * p) continue;  // hardly a tail
+      CAPTURE(p, share);
+      CHECK(log_uniform_sum_tail(share * 30, 30, p) ==
+            Approx(oracles::log_uniform_sum_tail(share * 30, 30, p)).margin(0.08));
+    }
 }
 
 }  // namespace globalmatch

@@ -153,4 +153,28 @@ TEST_CASE("a grid that was moved away is empty, and one of too many points is re
                   std::length_error);
 }
 
+TEST_CASE("points on the border of a box are in it") {
+  std::vector<point2> points;
+  for (int x = -6; x <= 6; ++x)
+    for (int y = -6; y <= 6; ++y) points.push_back({0.5 * x, 0.5 * y});
+  const auto grid = grid_of(points, 1.0);
+  for (const point2& center : {point2{0, 0}, point2{-1.5, 2}})
+    for (const double reach : {0.0, 0.5, 1.0}) {
+      const auto found = found_near(grid, center, reach);
+      const double across = 4 * reach + 1;
+      CHECK(double(found.size()) == across * across);
+      CHECK(found == brute_force(points, center, reach));
+    }
+}
+
+TEST_CASE("the mean occupancy counts the points in the cell of each point") {
+  // Four cells, by the number of points: 1, 2, 5 and none.
+  const auto grid = grid_of(
+      std::vector<point2>{{0.5, 0.5}, {1.5, 0.5}, {1.2, 0.1}, {0.1, 1.1}, {0.2, 1.2}, {0.3, 1.3}, {0.4, 1.4},
+                          {0.5, 1.5}},
+      1.0);
+  CHECK(grid.mean_occupancy() == Approx((1 + 4 + 25) / 8.0));
+  CHECK(grid_of(std::vector<point2>{}, 1.0).mean_occupancy() == 0);
+}
+
 }  // namespace globalmatch

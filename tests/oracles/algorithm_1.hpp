@@ -2,8 +2,6 @@
 // oracle of `consensus_sizes`. And the test of the urban method that the paper replaces.
 #pragma once
 
-#include <Eigen/Core>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,8 +22,8 @@ inline double global_dissimilarity(const position_set& source, const position_se
                                    const triangle_pair& u1, const triangle_pair& u2, bool horizontal) {
   const auto graph = [](const position_set& stems, const std::array<stem_index, 3>& t1,
                         const std::array<stem_index, 3>& t2) {
-    return std::array<Eigen::Vector3d, 6>{stems.at[t1[0]], stems.at[t1[1]], stems.at[t1[2]],
-                                          stems.at[t2[0]], stems.at[t2[1]], stems.at[t2[2]]};
+    return std::array<vec3, 6>{stems.at[t1[0]], stems.at[t1[1]], stems.at[t1[2]],
+                               stems.at[t2[0]], stems.at[t2[1]], stems.at[t2[2]]};
   };
   const auto g_source = graph(source, u1.source, u2.source), g_target = graph(target, u1.target, u2.target);
   double largest = 0;
@@ -74,7 +72,7 @@ inline std::vector<correspondence> largest_consensus(const position_set& source,
 inline bool centroids_agree(const position_set& source, const position_set& target, const triangle_pair& u1,
                             const triangle_pair& u2, double epsilon) {
   const auto centroid = [](const position_set& stems, const std::array<stem_index, 3>& t) {
-    return Eigen::Vector3d((stems.at[t[0]] + stems.at[t[1]] + stems.at[t[2]]) / 3);
+    return (stems.at[t[0]] + stems.at[t[1]] + stems.at[t[2]]) / 3;
   };
   const double in_source = (centroid(source, u1.source) - centroid(source, u2.source)).norm();
   const double in_target = (centroid(target, u1.target) - centroid(target, u2.target)).norm();

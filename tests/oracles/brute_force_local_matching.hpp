@@ -27,8 +27,8 @@ inline std::optional<double> dissimilarity(const std::array<double, 3>& source,
 
 /// Twice the area [m^2] of three stems in plan; positive when they are counter-clockwise seen from above.
 inline double signed_parallelogram(const position_set& stems, const std::array<stem_index, 3>& v) {
-  const Eigen::Vector3d a = stems.at[v[1]] - stems.at[v[0]], b = stems.at[v[2]] - stems.at[v[0]];
-  return a.x() * b.y() - a.y() * b.x();
+  const detail::vec3 a = stems.at[v[1]] - stems.at[v[0]], b = stems.at[v[2]] - stems.at[v[0]];
+  return a.x * b.y - a.y * b.x;
 }
 
 /// Whether the canonical order of the three stems could be `v` if they stood elsewhere by less than half the
