@@ -1,5 +1,7 @@
 #include "support/simulator/ray_caster.hpp"
 
+#include "globalmatch/detail/core/threads.hpp"
+
 #if GLOBALMATCH_EMBREE_MAJOR >= 4  // CMake says which one it links
 #include <embree4/rtcore.h>
 #else

@@ -1,5 +1,7 @@
 #include "support/simulator/scanner.hpp"
 
+#include "globalmatch/detail/core/threads.hpp"
+
 #include "support/simulator/detail.hpp"
 
 #include <cmath>
