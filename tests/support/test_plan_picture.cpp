@@ -62,7 +62,7 @@ TEST_CASE("the plan draws each stem twice, and a line and a halo for each match"
   CHECK(count(svg, "<line") == matches.size() + scale_bar_lines);
 }
 
-TEST_CASE("matched stems are laid on one another by the transform") {
+TEST_CASE("the transform brings matched stems together") {
   const std::string svg = drawn({.source = {source},
                                  .target = {target},
                                  .matches = matches,
