@@ -1,4 +1,4 @@
-// Nearest neighbours: the one seam to nanoflann, through what its versions 1.4.3 and 1.5+ share.
+// Nearest neighbours: the one seam to nanoflann, through what its versions 1.4.3 to 1.12 share.
 #pragma once
 
 #include <algorithm>
@@ -75,6 +75,7 @@ class neighbor_tree {
   template <class Visit>
   struct within {
     using DistanceType = T;
+    using IndexType = std::uint32_t;  // asked for from version 1.10 on
     T squared_radius;
     const Visit& visit;
     bool full() const { return true; }
@@ -91,6 +92,7 @@ class neighbor_tree {
 
   struct k_nearest {
     using DistanceType = T;
+    using IndexType = std::uint32_t;  // asked for from version 1.10 on
     std::size_t k;
     std::vector<neighbor<T>>& found;
     bool full() const { return found.size() == k; }
