@@ -7,7 +7,7 @@
 
 namespace globalmatch {
 
-/// What a progress callback is told.
+/// What a progress callback gets.
 struct progress {
   std::string_view stage;  ///< name of the step at work, e.g. "verticality"
   double fraction = 0;     ///< share of that step that is done, 0 to 1

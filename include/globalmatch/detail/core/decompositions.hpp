@@ -172,7 +172,7 @@ struct svd_of_mat3 {
     for (int p = 1; p < 3; ++p)
       for (int q = 0; q < p; ++q) {
         // The diagonal only grows, as far as it is looked at: Eigen's bound, with its bits.
-        const double bound = 2 * machine_epsilon * largest_on_diagonal(work);
+        const double bound = 2 * machine_epsilon * max_on_diagonal(work);
         const double threshold = bound < 0x1p-1022 ? 0x1p-1022 : bound;
         if (!(std::abs(work(p, q)) > threshold || std::abs(work(q, p)) > threshold)) continue;
         rotated = true;
@@ -180,7 +180,7 @@ struct svd_of_mat3 {
       }
     return rotated;
   }
-  double largest_on_diagonal(const mat3& work) {
+  double max_on_diagonal(const mat3& work) {
     const double now = work.diagonal().max_abs();
     return largest_ = largest_ < now ? now : largest_;
   }

@@ -3,7 +3,6 @@
 // because slopes are no tilt.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/robust.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/mapping_options.hpp"
@@ -21,13 +21,12 @@
 namespace globalmatch::detail {
 
 /// The direction that stems stand in, from their axes (unit, pointing up): the mean in which those count less
-/// that lean more (Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2)). Nothing from
-/// fewer than ten stems. Cost: linear.
+/// that lean more (Tukey's weight). Nothing from fewer than ten stems. Cost: linear.
 inline std::optional<upright_direction> upright_of(std::span<const vec3> axes) {
   constexpr std::size_t min_stems = 10;
   constexpr int max_iterations = 20;
-  constexpr double tukey_constant = 4.685, median_of_rayleigh = 1.1774;  // standard deviations
-  constexpr double min_noise = 1e-6;                                     // [rad]
+  constexpr double median_of_rayleigh = 1.1774;  // standard deviations
+  constexpr double min_noise = 1e-6;             // [rad]
   if (axes.size() < min_stems) return std::nullopt;
   vec3 first = vec3{};
   for (const vec3& a : axes) first += a;
@@ -41,7 +40,7 @@ inline std::optional<upright_direction> upright_of(std::span<const vec3> axes) {
     double weights = 0;
     for (const vec3& a : axes) {
       const double off = std::pow(angle_between(a, up) / (tukey_constant * noise), 2);
-      const double weight = off < 1 ? std::pow(1 - off, 2) : 0;
+      const double weight = tukey_weight(off);
       sum += weight * a;
       weights += weight;
     }

@@ -1,5 +1,5 @@
-// Robust refit: the transform of a hypothesis from all its pairs, weighted by how certain the stems are and by
-// how well they fit, until convergence.
+// Robust refit: the transform of a hypothesis from all its pairs, weighted by how certain the stems are and
+// by how well they fit, until convergence.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/robust.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
@@ -27,7 +28,8 @@ inline double known_variance(const matching_context& context, const corresponden
   return of(context.source, c.source) + of(context.target, c.target);
 }
 
-/// Variance [m^2] of each coordinate of the residuals, from their median, which some wrong pairs do not change.
+/// Variance [m^2] of each coordinate of the residuals, from their median, which some wrong pairs do not
+/// change.
 inline double observed_variance(const matching_context& context, const local_hypothesis& h) {
   const std::size_t dimensions = context.horizontal_distances() ? 2 : 3,
                     unknowns = context.horizontal_distances() ? 3 : 6;
@@ -56,21 +58,21 @@ inline double unknown_variance(const matching_context& context, const local_hypo
   constexpr double min_share = 0.1, minimum = 1e-6;  // [m]
   std::vector<double> known;
   for (const correspondence& c : h.correspondences) known.push_back(known_variance(context, c));
-  const double observed = observed_variance(context, h), least = std::max(minimum * minimum, min_share * observed);
+  const double observed = observed_variance(context, h),
+               least = std::max(minimum * minimum, min_share * observed);
   const double rest = observed - median(known);
   return least < rest ? rest : least;
 }
 
-/// Of each pair: the inverse of its variance, less the larger its residual is, 0 for one that cannot belong to
-/// the rest: Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2), with the usual constant.
+/// Of each pair: the inverse of its variance, less the larger its residual is, 0 for one that cannot belong
+/// to the rest (Tukey's weight).
 inline std::vector<double> robust_weights(const matching_context& context, const local_hypothesis& h,
                                           double unknown) {
-  constexpr double tukey_constant = 4.685;  // standard deviations
   std::vector<double> weights = context.residuals(h.target_from_source, h.correspondences);
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const double variance = known_variance(context, h.correspondences[i]) + unknown;
     const double off = weights[i] * weights[i] / (variance * tukey_constant * tukey_constant);
-    weights[i] = off < 1 ? (1 - off) * (1 - off) / variance : 0;
+    weights[i] = tukey_weight(off) / variance;
   }
   return weights;
 }
@@ -94,11 +96,11 @@ inline bool reweight_and_fit(local_hypothesis& h, const matching_context& contex
   return true;
 }
 
-/// Refits the transform of a hypothesis and re-pairs all stems at its threshold, until convergence: stems count
-/// as much as `position_sigma` makes them certain, and pairs that fit badly count less. The noise is that of
-/// the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six pairs stay
-/// as they are. In 4-DoF weights are of horizontal distances, and the height stays the median of what the
-/// pairs ask for. Cost: linear in the stems.
+/// Refits the transform of a hypothesis and re-pairs all stems at its threshold, until convergence: stems
+/// count as much as `position_sigma` makes them certain, and pairs that fit badly count less. The noise is
+/// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
+/// pairs stay as they are. In 4-DoF weights are of horizontal distances, and the height stays the median of
+/// what the pairs ask for. Cost: linear in the stems.
 inline void fit_robustly(local_hypothesis& h, const matching_context& context) {
   constexpr int max_iterations = 10;
   constexpr double relative_convergence_threshold = 0.01;  // of the inlier threshold
