@@ -41,10 +41,12 @@ struct point { double x, y, z; };
 auto call(const std::vector<point>& a, const std::vector<point>& b) { return globalmatch::match_stems(a, b); }
 SOURCE
 
-# Prints user + system seconds and peak kilobytes of one compilation.
+# Prints user + system seconds of one compilation, without the compiler's own words.
 compile() {
-  bash -c 'TIMEFORMAT="%U %S"; time "$@"' - "${compiler[@]}" -c "$1" -o "$folder/out.o" 2>&1 | awk '{print $1 + $2}'
+  bash -c 'TIMEFORMAT="%U %S"; time "$@" 2>/dev/null' - "${compiler[@]}" -c "$1" -o "$folder/out.o" 2>&1 |
+    awk '{print $1 + $2}'
 }
+# Prints the peak kilobytes of one; stops where the file does not compile.
 memory() {
   python3 - "${compiler[@]}" -c "$1" -o "$folder/out.o" <<'PYTHON'
 import resource, subprocess, sys
@@ -77,13 +79,14 @@ for entry in "${sources[@]}"; do
   limit=$(limit_of "$name")
   if $check && [ -z "$limit" ]; then continue; fi
   if [ ${#names[@]} -gt 0 ] && ! printf '%s\n' "${names[@]}" | grep -qx "$name"; then continue; fi
+  kilobytes=$(memory "$source")
   yard=() own=()
   for ((run = 0; run < runs; ++run)); do
     yard+=("$(compile "$folder/yardstick.cpp")")
     own+=("$(compile "$source")")
   done
   best() { printf '%s\n' "$@" | sort -g | head -1; }
-  row=$(awk -v name="$name" -v own="$(best "${own[@]}")" -v yard="$(best "${yard[@]}")" -v kb="$(memory "$source")" -v limit="$limit" '
+  row=$(awk -v name="$name" -v own="$(best "${own[@]}")" -v yard="$(best "${yard[@]}")" -v kb="$kilobytes" -v limit="$limit" '
     BEGIN { split(limit, l, " "); ratio = own / yard
       printf "%-20s %8.2f %8.2f %10.0f %6s%s\n", name, own, ratio, kb / 1024, l[1],
         (limit != "" && (ratio > l[1] || kb / 1048576 > l[2]) ? "  exceeded" : "") }')

@@ -1,6 +1,8 @@
 // How time, memory and success of matching depend on the stems: their number, the overlap, false stems, noise
 // and layout. Ours, the exact path, and the baselines, each up to the size that it can bear.
+#include <globalmatch/detail/core/position_index.hpp>
 #include <globalmatch/detail/core/statistics.hpp>
+#include <globalmatch/detail/matching/triangle_index.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "growth.hpp"
@@ -97,11 +99,12 @@ void print_triangle_counts(const std::vector<std::string>& layouts, const std::v
       const auto maps = overlapping_maps(layout, size, 1, {}, random);
       const position_set stems = import_positions(maps.source, Eigen::Vector3d::UnitZ(), "stems");
       const double n = double(stems.size()), k = triangle_options{}.neighbors;
-      const prepared_map indexed =
-          prepare_map(maps.source, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
+      const execution exec{.threads = threads};
+      const triangle_index indexed(stems, position_index(stems, exec), true, stems.size() <= 100 ? 20 : 5,
+                                   exec);
       std::cout << "| " << layout << " | " << stems.size() << " | " << std::setprecision(4)
                 << n * n * n / 6 - n * n / 2 + n / 3 << " | " << (k * k - k) / 2 * n << " | "
-                << build_triangles(stems, false).size() << " | " << indexed.triangles.size() << " |\n";
+                << build_triangles(stems, false).size() << " | " << indexed.size() << " |\n";
     }
 }
 

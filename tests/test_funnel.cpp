@@ -1,4 +1,4 @@
-#include "globalmatch/detail/mapping/funnel.hpp"
+#include "globalmatch/stem_map.hpp"
 
 #include "catch.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"

@@ -238,7 +238,8 @@ TEST_CASE("icp options that make no sense are named") {
   for (const double bad : {0.0, -1.0, nan}) {
     CHECK_THAT(message_of(&icp_options::max_distance, bad), Catch::Contains("icp.max_distance"));
     CHECK_THAT(message_of(&icp_options::trimming, bad), Catch::Contains("icp.trimming"));
-    CHECK_THAT(message_of(&icp_options::convergence_threshold, bad), Catch::Contains("icp.still"));
+    CHECK_THAT(message_of(&icp_options::convergence_threshold, bad),
+               Catch::Contains("icp.convergence_threshold"));
   }
   CHECK_THAT(message_of(&icp_options::max_iterations, 0), Catch::Contains("icp.max_iterations"));
   CHECK_THAT(message_of(&icp_options::max_points, std::size_t(5)), Catch::Contains("icp.max_points"));

@@ -269,8 +269,9 @@ TEST_CASE("register_scans names the option that makes no sense before it maps an
   bad_mapping.mapping.voxel_size = -1;
   bad_matching.matching.inlier_threshold = 0;
   bad_icp.icp.trimming = -1;
-  for (const auto& [options, field] : {std::pair(bad_mapping, "voxel_size"),
-                                       std::pair(bad_matching, "tolerance"), std::pair(bad_icp, "trimming")})
+  for (const auto& [options, field] :
+       {std::pair(bad_mapping, "voxel_size"), std::pair(bad_matching, "inlier_threshold"),
+        std::pair(bad_icp, "trimming")})
     CHECK_THROWS_WITH(register_scans(scan, scan, options, Eigen::Vector3d::UnitZ(), exec),
                       Catch::Contains(field));
   CHECK_THROWS_WITH(register_scans(scan, scan, {}, Eigen::Vector3d(0, 0, 0), exec), Catch::Contains("up"));

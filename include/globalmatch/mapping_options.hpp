@@ -8,6 +8,13 @@
 
 namespace globalmatch {
 
+namespace detail {
+/// Throws `std::invalid_argument` with the message, which names an option, unless it holds.
+inline void require(bool holds, const char* message) {
+  if (!holds) throw std::invalid_argument(message);
+}
+}  // namespace detail
+
 struct cloth_options {
   int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
   double time_step = 0.65;   ///< ([CSF] dT)
@@ -39,24 +46,24 @@ struct ground_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const ground_options& options) {
-  const auto require = [](bool holds, const char* message) {
-    if (!holds) throw std::invalid_argument(message);
-  };
-  require(options.resolution > 0, "ground.resolution must be positive");
-  require(options.cloth.rigidness >= 1, "ground.cloth.rigidness must be at least 1");
-  require(options.cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
-  require(options.cloth.time_step > 0 && options.cloth.gravity > 0,
-          "ground.cloth.time_step and ground.cloth.gravity must be positive");
-  require(options.cloth.convergence_threshold > 0 &&
-              options.cloth.convergence_threshold <
-                  options.cloth.gravity * options.cloth.time_step * options.cloth.time_step,
-          "ground.cloth.convergence_threshold must be positive and less than the first fall, gravity * "
-          "time_step^2");
-  require(options.cloth.slope_step > 0, "ground.cloth.slope_step must be positive");
-  require(options.low_point_depth > 0, "ground.low_point_depth must be positive");
-  require(options.max_slope > 0, "ground.max_slope must be positive");
-  require(options.ground_band > 0, "ground.ground_band must be positive");
-  require(options.hole_radius > 0, "ground.hole_radius must be positive");
+  const cloth_options& cloth = options.cloth;
+  const double first_fall = cloth.gravity * cloth.time_step * cloth.time_step;
+  const auto in = [](double value, double maximum) { return value > 0 && value <= maximum; };
+  detail::require(options.resolution >= 0.01 && options.resolution <= 1000,
+                  "ground.resolution must lie in [0.01, 1000] m");
+  detail::require(cloth.rigidness >= 1 && cloth.rigidness <= 100,
+                  "ground.cloth.rigidness must lie in [1, 100]");
+  detail::require(cloth.max_iterations >= 1, "ground.cloth.max_iterations must be at least 1");
+  detail::require(in(cloth.time_step, 1000), "ground.cloth.time_step must lie in (0, 1000]");
+  detail::require(in(cloth.gravity, 1000), "ground.cloth.gravity must lie in (0, 1000]");
+  detail::require(cloth.convergence_threshold > 0 && cloth.convergence_threshold < first_fall,
+                  "ground.cloth.convergence_threshold must be positive and less than the first fall, "
+                  "gravity * time_step^2");
+  detail::require(in(cloth.slope_step, 1000), "ground.cloth.slope_step must lie in (0, 1000] m");
+  detail::require(in(options.low_point_depth, 1000), "ground.low_point_depth must lie in (0, 1000] m");
+  detail::require(in(options.max_slope, 1000), "ground.max_slope must lie in (0, 1000]");
+  detail::require(in(options.ground_band, 1000), "ground.ground_band must lie in (0, 1000] m");
+  detail::require(in(options.hole_radius, 100), "ground.hole_radius must lie in (0, 100] m");
 }
 
 struct understory_options {
@@ -66,8 +73,8 @@ struct understory_options {
 
 /// Throws `std::invalid_argument` when the layer is empty by its limits.
 inline void require_valid(const understory_options& options) {
-  if (!(options.min_height < options.max_height))
-    throw std::invalid_argument("understory.min_height must be less than understory.max_height");
+  detail::require(options.min_height < options.max_height,
+                  "understory.min_height must be less than understory.max_height");
 }
 
 struct verticality_options {
@@ -84,12 +91,13 @@ struct verticality_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const verticality_options& options) {
-  if (options.threshold && !(*options.threshold >= 0 && *options.threshold < 1))
-    throw std::invalid_argument("verticality.threshold must lie in [0, 1)");
-  if (options.radius && !(*options.radius > 0))
-    throw std::invalid_argument("verticality.radius must be positive");
-  if (options.min_neighbors < 3) throw std::invalid_argument("verticality.min_neighbors must be at least 3");
-  if (!(options.max_radius > 0)) throw std::invalid_argument("verticality.max_radius must be positive");
+  detail::require(!options.threshold || (*options.threshold >= 0 && *options.threshold < 1),
+                  "verticality.threshold must lie in [0, 1)");
+  detail::require(!options.radius || (*options.radius >= 1e-3 && *options.radius <= 100),
+                  "verticality.radius must lie in [0.001, 100] m");
+  detail::require(options.min_neighbors >= 3, "verticality.min_neighbors must be at least 3");
+  detail::require(options.max_radius >= 1e-3 && options.max_radius <= 100,
+                  "verticality.max_radius must lie in [0.001, 100] m");
 }
 
 struct cylinder_options {
@@ -110,15 +118,19 @@ struct cylinder_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const cylinder_options& options) {
-  if (!(options.min_radius > 0 && options.min_radius < options.max_radius))
-    throw std::invalid_argument("cylinder.min_radius must be positive and less than cylinder.max_radius");
-  if (!(options.max_tilt_deg >= 0 && options.max_tilt_deg < 90))
-    throw std::invalid_argument("cylinder.max_tilt_deg must lie in [0, 90) degrees");
-  if (options.distance_tolerance && !(*options.distance_tolerance > 0))
-    throw std::invalid_argument("cylinder.distance_tolerance must be positive");
-  if (!(options.taper_weight > 0 && std::isfinite(options.taper_weight)))
-    throw std::invalid_argument("cylinder.taper_weight must be positive and finite");
-  if (options.max_iterations < 1) throw std::invalid_argument("cylinder.draws must be at least 1");
+  detail::require(options.min_radius >= 1e-3 && options.min_radius < options.max_radius,
+                  "cylinder.min_radius must be at least 0.001 m and less than cylinder.max_radius");
+  detail::require(options.max_radius <= 100, "cylinder.max_radius must be at most 100 m");
+  detail::require(options.max_tilt_deg >= 0 && options.max_tilt_deg <= 89,
+                  "cylinder.max_tilt_deg must lie in [0, 89] degrees");
+  detail::require(!options.distance_tolerance ||
+                      (*options.distance_tolerance >= 1e-6 && *options.distance_tolerance <= 10),
+                  "cylinder.distance_tolerance must lie in [1e-6, 10] m");
+  detail::require(!options.usual_taper || std::isfinite(*options.usual_taper),
+                  "cylinder.usual_taper must be finite");
+  detail::require(options.taper_weight > 0 && std::isfinite(options.taper_weight),
+                  "cylinder.taper_weight must be positive and finite");
+  detail::require(options.max_iterations >= 1, "cylinder.max_iterations must be at least 1");
 }
 
 /// [GM] gives no values: all are ours.
@@ -140,18 +152,20 @@ struct stem_cylinder_options {
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const stem_cylinder_options& options) {
   require_valid(options.cylinder);
-  if (!(options.column_width > 0)) throw std::invalid_argument("stems.column_width must be positive");
-  if (!(options.min_height >= 0)) throw std::invalid_argument("stems.min_height must not be negative");
-  for (const double share : {options.min_filled, options.min_share, options.max_inside})
-    if (!(share >= 0 && share <= 1))
-      throw std::invalid_argument(
-          "stems.min_filled, .min_share and "
-          ".max_inside must lie in [0, 1]");
-  if (!(options.max_sigma > 0)) throw std::invalid_argument("stems.max_sigma must be positive");
-  if (options.min_points < 6) throw std::invalid_argument("stems.min_points must be at least 6");
+  const auto is_share = [](double share) { return share >= 0 && share <= 1; };
+  detail::require(options.column_width >= 0.01 && options.column_width <= 10,
+                  "stems.column_width must lie in [0.01, 10] m");
+  detail::require(options.min_height >= 0 && options.min_height <= 1000,
+                  "stems.min_height must lie in [0, 1000] m");
+  detail::require(is_share(options.min_filled), "stems.min_filled must lie in [0, 1]");
+  detail::require(is_share(options.min_share), "stems.min_share must lie in [0, 1]");
+  detail::require(is_share(options.max_inside), "stems.max_inside must lie in [0, 1]");
+  detail::require(options.max_sigma > 0 && std::isfinite(options.max_sigma),
+                  "stems.max_sigma must be positive and finite");
+  detail::require(options.min_points >= 6, "stems.min_points must be at least 6");
 }
 
-/// What stem points are told by.
+/// What stem points are decided by.
 enum class stem_point_rule {
   cells,   ///< the surfaces through cells of 5 cm: a cost for each cell (ours)
   points,  ///< the surfaces through points, one for each voxel: a cost for each point ([GM] 3.1)
@@ -185,9 +199,11 @@ inline void require_valid(const mapping_options& options) {
   require_valid(options.understory);
   require_valid(options.verticality);
   require_valid(options.stems);
-  if (!(options.voxel_size > 0)) throw std::invalid_argument("voxel_size must be positive");
-  if (options.link_distance && !(*options.link_distance > 0))
-    throw std::invalid_argument("link_distance must be positive");
+  detail::require(options.voxel_size >= 1e-4 && options.voxel_size <= 10,
+                  "voxel_size must lie in [0.0001, 10] m");
+  detail::require(!options.link_distance ||
+                      (*options.link_distance >= 1e-4 && *options.link_distance <= 1000),
+                  "link_distance must lie in [0.0001, 1000] m");
 }
 
 }  // namespace globalmatch

@@ -13,7 +13,6 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/mapping/funnel.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/mapping_options.hpp"

@@ -30,6 +30,19 @@ struct funnel_step {
   std::string_view remedy;  ///< what to look at where too little is left
 };
 
+namespace detail {
+/// The first step that leaves nothing, or else the first that leaves fewer than `minimum`, as in "ground: 0
+/// ground points of 17 raster cells; is `up` the direction away from the ground?"; empty when there is none.
+inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t minimum) {
+  for (const std::size_t fewer_than : {std::size_t(1), minimum})
+    for (const funnel_step& s : steps)
+      if (s.out < fewer_than)
+        return std::string(s.step) + ": " + std::to_string(s.out) + " " + std::string(s.what) + " of " +
+               std::to_string(s.in) + " " + std::string(s.of) + "; " + std::string(s.remedy);
+  return "";
+}
+}  // namespace detail
+
 /// What became of the points on their way into the terrain.
 struct ground_funnel {
   std::size_t points = 0;         ///< points of the scan
@@ -147,8 +160,8 @@ constexpr double breast_height = 1.3;  // [m] above the ground, where diameters 
 
 /// A stem, in the frame of its scan.
 struct stem {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] where the axis meets the terrain
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();     ///< unit, pointing up
+  Eigen::Vector3d position = {0, 0, 0};  ///< [m] where the axis meets the terrain
+  Eigen::Vector3d axis = {0, 0, 1};     ///< unit, pointing up
   double radius = 0;                                   ///< [m] at breast height, 1.3 m above the ground
   double radius_sigma = 0;                             ///< [m] uncertainty of the radius
   double taper = 0;                                    ///< [m/m] by which it grows thinner upwards
@@ -169,7 +182,7 @@ struct point_traits<stem> {
 
 /// How stems stand.
 struct upright_direction {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();  ///< unit, frame of the stems
+  Eigen::Vector3d up = {0, 0, 1};  ///< unit, frame of the stems
   double sigma = 0;                               ///< [rad] standard deviation, in any direction
 };
 
@@ -177,8 +190,8 @@ struct upright_direction {
 struct stem_map {
   std::vector<stem> stems;                              ///< ordered by position, frame of the scan
   globalmatch::terrain terrain;                         ///< heights, local frame
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();        ///< the vertical, unit, frame of the scan
-  Eigen::Vector3d given_up = Eigen::Vector3d::UnitZ();  ///< what the caller gave for it, unit
+  Eigen::Vector3d up = {0, 0, 1};        ///< the vertical, unit, frame of the scan
+  Eigen::Vector3d given_up = {0, 0, 1};  ///< what the caller gave for it, unit
   bool up_by_stems = false;                             ///< the vertical comes from the stems
   std::optional<upright_direction> upright;             ///< how the stems stand, frame of the scan
   double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together

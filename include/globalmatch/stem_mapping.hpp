@@ -71,7 +71,7 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
 /// option. Cost: linear in the points, n log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {},
-                   const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
+                   const Eigen::Vector3d& up = {0, 0, 1}, const execution& exec = {}) {
   require_valid(options);
   const detail::parallel_scope scope(exec, "ground");
   try {

@@ -1,6 +1,5 @@
 // Triangle construction ([GM] 3.2.1): every stem with each two of its K nearest stems, each triangle once.
-// In: stem positions. Out: triangles with canonical vertex order. Parallel over stems.
-// Cost: O(n log n + n K^2).
+// In: stem positions. Out: triangles with canonical vertex order. Parallel over stems. Cost: O(n K^2).
 #pragma once
 
 #include <algorithm>
@@ -10,10 +9,11 @@
 #include <cstdint>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
-#include "globalmatch/detail/core/neighbor.hpp"
-#include "globalmatch/detail/core/neighbors.hpp"
+#include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
@@ -36,29 +36,31 @@ struct triangle {
   std::array<stem_index, 3> vertices;
   std::array<double, 3> edges;  ///< [m] edges[i] lies opposite vertices[i]
   double horizontal_width =
-      std::numeric_limits<double>::infinity();  ///< [m] in plan, over the edge longest there
+      std::numeric_limits<double>::infinity();  ///< [m] horizontal, over the edge longest there
 };
+
+namespace detail {
 
 /// The triangle of three stems in canonical order; of equal edges the one opposite the lower index counts as
 /// longer.
 inline triangle make_triangle(const position_set& stems, std::array<stem_index, 3> v, bool horizontal) {
-  std::sort(v.begin(), v.end());
+  if (v[1] < v[0]) std::swap(v[0], v[1]);
+  if (v[2] < v[1]) std::swap(v[1], v[2]);
+  if (v[1] < v[0]) std::swap(v[0], v[1]);
   const auto& at = stems.at;
-  std::array<double, 3> e = {stem_distance(at[v[1]], at[v[2]], horizontal),
-                             stem_distance(at[v[2]], at[v[0]], horizontal),
-                             stem_distance(at[v[0]], at[v[1]], horizontal)};
-  const auto longest = std::max_element(e.begin(), e.end()) - e.begin();
-  std::rotate(v.begin(), v.begin() + longest, v.end());
-  std::rotate(e.begin(), e.begin() + longest, e.end());
-  const detail::vec3 a = at[v[1]] - at[v[0]], b = at[v[2]] - at[v[0]];
-  if (a.x * b.y - a.y * b.x < 0) {
-    std::swap(v[1], v[2]);
-    std::swap(e[1], e[2]);
-  }
-  const double longest_horizontally =
-      std::max({a.xy().norm(), b.xy().norm(), (a - b).xy().norm()});
-  return {v, e,
-          longest_horizontally > 0 ? std::abs(a.x * b.y - a.y * b.x) / longest_horizontally : 0};
+  const std::array<double, 3> e = {stem_distance(at[v[1]], at[v[2]], horizontal),
+                                   stem_distance(at[v[2]], at[v[0]], horizontal),
+                                   stem_distance(at[v[0]], at[v[1]], horizontal)};
+  std::size_t i = e[1] > e[0] ? 1 : 0;
+  if (e[2] > e[i]) i = 2;
+  std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+  const vec3 a = at[v[j]] - at[v[i]], b = at[v[k]] - at[v[i]];
+  const double doubled_area = a.x * b.y - a.y * b.x;
+  if (doubled_area < 0) std::swap(j, k);
+  const double longest_horizontally = std::max(std::max(a.xy().norm(), b.xy().norm()), (a - b).xy().norm());
+  return {{v[i], v[j], v[k]},
+          {e[i], e[j], e[k]},
+          longest_horizontally > 0 ? std::abs(doubled_area) / longest_horizontally : 0};
 }
 
 /// Edge lengths [m] as a point that the triangle is found at.
@@ -66,82 +68,106 @@ inline std::array<float, 3> edge_point(const triangle& t) {
   return {float(t.edges[0]), float(t.edges[1]), float(t.edges[2])};
 }
 
+/// The stems nearest to stem `i` by (distance, index), at most `count`, not itself. `found` is reused memory.
+inline void nearest_stems(const position_set& stems, const position_index& index, std::size_t i,
+                          std::size_t count, bool horizontal, std::vector<keyed>& found) {
+  const vec3& center = stems.at[i];
+  count = std::min(count, stems.size() - 1);
+  found.clear();
+  for (double radius = 1.5 * index.spacing(); found.size() < count; radius *= 2) {
+    found.clear();
+    index.for_each_within(center.x, center.y, radius, [&](stem_index j, double squared) {
+      const double height = horizontal ? 0 : center.z - stems.at[j].z;
+      squared += height * height;
+      if (j != i && squared < radius * radius) found.push_back({key_of(squared), j});
+    });
+  }
+  keep_first(found, count);
+}
+
+/// Sorts triangles of stems, increasing each, and removes those that are there twice.
+inline void keep_distinct(std::vector<keyed>& triplets) {
+  sort_keyed(triplets);
+  std::size_t kept = 0;
+  for (const keyed& t : triplets)
+    if (kept == 0 || triplets[kept - 1] < t) triplets[kept++] = t;
+  triplets.resize(kept);
+}
+
+/// A triangle in all orders that it may canonically have in another scan, at most six.
+struct triangle_orders {
+  std::array<triangle, 6> all;
+  std::size_t count = 0;
+
+  const triangle* begin() const { return all.data(); }
+  const triangle* end() const { return all.data() + count; }
+};
+
+/// Where edges differ by less than `epsilon` [m] any vertex opposite an edge within twice that of the longest
+/// may come first, and a triangle flatter than that, horizontally, where its sense of rotation is determined,
+/// may be turned over.
+inline triangle_orders admissible_orders(const triangle& t, double epsilon) {
+  triangle_orders orders;
+  const bool flat = t.horizontal_width < epsilon;
+  const auto add = [&](std::size_t i, std::size_t j, std::size_t k) {
+    orders.all[orders.count++] = {{t.vertices[i], t.vertices[j], t.vertices[k]},
+                                  {t.edges[i], t.edges[j], t.edges[k]},
+                                  t.horizontal_width};
+  };
+  for (std::size_t first = 0; first < 3; ++first) {
+    if (t.edges[first] <= t.edges[0] - 2 * epsilon) continue;
+    const std::size_t second = (first + 1) % 3, third = (first + 2) % 3;
+    add(first, second, third);
+    if (flat) add(first, third, second);
+  }
+  return orders;
+}
+
+}  // namespace detail
+
 /// All distinct local triangles, ordered by their sorted vertices. Throws `std::invalid_argument` for options
 /// that make no sense, and `operation_cancelled`.
 inline std::vector<triangle> build_triangles(const position_set& stems, bool horizontal,
                                              const triangle_options& options = {},
                                              const execution& exec = {}) {
+  using namespace detail;
   require_valid(options);
-  const std::size_t size = stems.size();
-  const std::size_t neighbors =
-      std::min(std::size_t(options.neighbors), size - std::min<std::size_t>(size, 1));
-  const detail::neighbor_tree<double, 3> tree(size, [&](std::size_t i) {
-    return Eigen::Vector3d(stems.at[i].x, stems.at[i].y, horizontal ? 0.0 : stems.at[i].z);
-  });
   constexpr std::size_t chunk = 32;
-  using triplet = std::array<stem_index, 3>;  // sorted
-  std::vector<std::vector<triplet>> found((size + chunk - 1) / chunk);
-  detail::parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
-    auto& own = found[begin / chunk];
-    own.reserve((end - begin) * neighbors * (std::max<std::size_t>(neighbors, 1) - 1) / 2);
-    std::vector<detail::neighbor<double>> nearest;
+  const std::size_t size = stems.size();
+  const position_index index(stems, exec);
+  std::vector<std::vector<keyed>> found((size + chunk - 1) / chunk);  // sorted vertices
+  parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
+    std::vector<keyed> nearest;
     for (std::size_t i = begin; i < end; ++i) {
-      tree.nearest(tree[i], neighbors + 1, nearest);
-      std::erase_if(nearest, [&](const detail::neighbor<double>& n) { return n.index == i; });
-      nearest.resize(std::min(nearest.size(), neighbors));  // duplicates of stem i may have crowded it out
+      nearest_stems(stems, index, i, std::size_t(options.neighbors), horizontal, nearest);
       for (std::size_t j = 0; j < nearest.size(); ++j)
         for (std::size_t k = j + 1; k < nearest.size(); ++k) {
-          triplet t = {static_cast<stem_index>(i), nearest[j].index, nearest[k].index};
-          std::sort(t.begin(), t.end());
-          own.push_back(t);
+          stem_index a = stem_index(i), b = stem_index(nearest[j].value), c = stem_index(nearest[k].value);
+          if (b < a) std::swap(a, b);
+          if (c < b) std::swap(b, c);
+          if (b < a) std::swap(a, b);
+          found[begin / chunk].push_back({key_of(a, b), c});
         }
     }
   });
-  std::vector<std::vector<triplet>> by_least(found.size());  // those of as many stems each
+  std::vector<std::vector<keyed>> by_least(found.size());  // those of as many stems each
   for (auto& own : found) {
-    for (const triplet& t : own) by_least[t[0] / chunk].push_back(t);
+    for (const keyed& t : own) by_least[first_of(t.key) / chunk].push_back(t);
     own = {};
   }
-  std::vector<std::vector<triangle>> made(by_least.size());
-  detail::parallel_for(
-      exec, "triangles", by_least.size(),
-      [&](std::size_t c) {
-        auto& triplets = by_least[c];
-        std::sort(triplets.begin(), triplets.end());
-        triplets.erase(std::unique(triplets.begin(), triplets.end()), triplets.end());
-        made[c].reserve(triplets.size());
-        for (const triplet& t : triplets) made[c].push_back(make_triangle(stems, t, horizontal));
-      },
-      1);
-  std::vector<triangle> triangles;
-  std::size_t count = 0;
-  for (const auto& own : made) count += own.size();
-  triangles.reserve(count);
-  for (auto& own : made) {
-    triangles.insert(triangles.end(), own.begin(), own.end());
-    own = {};
-  }
+  const auto make = [&](std::size_t c, std::size_t) { keep_distinct(by_least[c]); };
+  parallel_chunks(exec, "triangles", by_least.size(), 1, make);
+  std::vector<std::size_t> first(by_least.size() + 1, 0);
+  for (std::size_t c = 0; c < by_least.size(); ++c) first[c + 1] = first[c] + by_least[c].size();
+  std::vector<triangle> triangles(first.back());
+  const auto fill = [&](std::size_t c, std::size_t) {
+    triangle* out = triangles.data() + first[c];
+    for (const keyed& t : by_least[c])
+      *out++ = make_triangle(stems, {first_of(t.key), second_of(t.key), stem_index(t.value)}, horizontal);
+    by_least[c] = {};
+  };
+  parallel_chunks(exec, "triangles", by_least.size(), 1, fill);
   return triangles;
-}
-
-/// Calls `visit(triangle)` for every order that the triangle may canonically have in another scan, where
-/// edges differ by less than `epsilon` [m]: any vertex opposite an edge within twice the tolerance of the
-/// longest may come first, and a triangle flatter than the tolerance, in plan where its sense of rotation is
-/// told, may be turned over.
-template <class Visit>
-void for_each_admissible_order(const triangle& t, double epsilon, const Visit& visit) {
-  const bool flat = t.horizontal_width < epsilon;
-  for (std::size_t first = 0; first < 3; ++first) {
-    if (t.edges[first] <= t.edges[0] - 2 * epsilon) continue;
-    const std::size_t second = (first + 1) % 3, third = (first + 2) % 3;
-    const auto order = [&](std::size_t i, std::size_t j, std::size_t k) {
-      visit(triangle{{t.vertices[i], t.vertices[j], t.vertices[k]},
-                     {t.edges[i], t.edges[j], t.edges[k]},
-                     t.horizontal_width});
-    };
-    order(first, second, third);
-    if (flat) order(first, third, second);
-  }
 }
 
 }  // namespace globalmatch

@@ -48,8 +48,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   options.horizontal = options.dof == degrees_of_freedom::four && bytes.choice(4) == 0;
   options.proposal = bytes.choice(4) == 0 ? proposal::algorithm_1 : proposal::triangle_index;
   if (bytes.choice(2) == 0) options.inlier_threshold = 0.02 + bytes.take<std::uint8_t>() / 100.0;
-  // Some hundred milliseconds are enough for a find.
-  options.indexed.max_candidates = 50'000;
   options.global.max_hypotheses = 4;
   const auto source = bytes.positions(48), target = second_map(source, bytes);
   try {

@@ -38,7 +38,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   registration_options options;
   options.icp.metric = bytes.choice(2) == 0 ? icp_metric::point_to_plane : icp_metric::point_to_point;
   options.matching.dof = bytes.choice(4) == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
-  options.matching.indexed.max_candidates = 50'000;
   auto places = bytes.positions(32);
   const stem_map source = map_around(places, bytes);
   const double yaw = bytes.take<std::uint16_t>() / 1000.0;

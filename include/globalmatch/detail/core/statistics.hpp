@@ -11,14 +11,28 @@
 
 namespace globalmatch::detail {
 
+/// The value that `n` others come before; reorders them.
+inline double nth_smallest(std::span<double> values, std::size_t n) {
+  double* const first = values.data();
+  std::nth_element(first, first + n, first + values.size());
+  return first[n];
+}
+
+/// Sorts numbers; not a template, so that one sort is compiled.
+inline void sort_numbers(std::span<double> values) {
+  std::sort(values.data(), values.data() + values.size());
+}
+
 /// The middle one of some values, which it reorders, or the mean of the two in the middle; not a number when
 /// there is none.
 inline double median(std::span<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return (*middle + *std::max_element(values.begin(), middle)) / 2;
+  const std::size_t half = values.size() / 2;
+  const double middle = nth_smallest(values, half);
+  if (values.size() % 2 == 1) return middle;
+  double below = values[0];
+  for (const double value : values.first(half)) below = below < value ? value : below;
+  return (middle + below) / 2;
 }
 
 /// The middle one of some values, which it reorders: of an even number the upper of two. At least one.

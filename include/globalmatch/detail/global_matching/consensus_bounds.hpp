@@ -7,10 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -32,15 +30,14 @@ class vote_bounds {
     // As many as a motion pairs at most: with few wrong ones those of the largest set.
     const auto votes = finder.votes();
     const std::size_t maximum = std::min({votes.size(), finder_.source().size(), finder_.target().size()});
-    std::vector<std::uint32_t> order(votes.size());
-    std::iota(order.begin(), order.end(), 0u);
-    std::nth_element(order.begin(), order.begin() + std::ptrdiff_t(maximum), order.end(),
-                     [&](std::uint32_t a, std::uint32_t b) { return votes[a] > votes[b]; });
-    few_ = maximum < votes.size() ? votes[order[maximum]] : 0;
-    for (const std::uint32_t c : std::span(order).first(maximum)) {
-      if (votes[c] <= few_) continue;
-      popular_.push_back(finder.correspondences()[c]);
-      votes_above_few_.push_back(votes[c] - few_);
+    std::vector<keyed> order;  // by most votes
+    for (std::size_t c = 0; c < votes.size(); ++c) order.push_back({~std::uint64_t(votes[c]), c});
+    keep_first(order, maximum + 1);
+    few_ = maximum < votes.size() ? votes[order[maximum].value] : 0;
+    for (const keyed& next : order) {
+      if (votes[next.value] <= few_) continue;
+      popular_.push_back(finder.correspondences()[next.value]);
+      votes_above_few_.push_back(votes[next.value] - few_);
     }
     target_distances_.resize(finder_.target().size() * popular_.size());
     const auto measure = [&](std::size_t t) {
@@ -101,33 +98,40 @@ class agreements {
  public:
   static constexpr std::size_t room = 1024;
 
-  explicit agreements(const consensus_finder& finder) : finder_(finder) {}
+  explicit agreements(const consensus_finder& finder)
+      : finder_(finder), pairs_with_(finder.correspondences().size()) {}
 
   /// Makes ready what is asked for, of no more than `room` correspondences.
   void prepare(std::span<const std::uint32_t> numbers, const execution& exec = {}) {
-    if (pairs_with_.size() + numbers.size() > room) pairs_with_.clear();
-    std::vector<std::pair<std::uint32_t, pair_set*>> missing;
+    if (kept_.size() + numbers.size() > room) {
+      for (const std::uint32_t c : kept_) pairs_with_[c] = {};
+      kept_.clear();
+    }
+    const std::size_t first_missing = kept_.size();
     for (const std::uint32_t c : numbers)
-      if (const auto [entry, is_new] = pairs_with_.try_emplace(c); is_new)
-        missing.push_back({c, &entry->second});
+      if (pairs_with_[c].empty()) {
+        pairs_with_[c].resize(1);
+        kept_.push_back(c);
+      }
+    const std::span<const std::uint32_t> missing = std::span(kept_).subspan(first_missing);
     parallel_chunks(exec, "global matching", missing.size(), 8, [&](std::size_t begin, std::size_t end) {
       std::vector<std::uint8_t> agrees;
       for (std::size_t k = begin; k < end; ++k)
-        *missing[k].second = finder_.agreeing_pairs(missing[k].first, agrees);
+        pairs_with_[missing[k]] = finder_.agreeing_pairs(missing[k], agrees);
     });
   }
 
   /// No seed with this correspondence has a larger consensus set.
   std::size_t bound(std::uint32_t c) const {
     std::size_t size = 1;  // the seed, which need not agree with itself
-    for (const std::uint64_t bits : pairs_with_.at(c)) size += std::size_t(std::popcount(bits));
+    for (const std::uint64_t bits : pairs_with_[c]) size += std::size_t(std::popcount(bits));
     return size;
   }
 
   /// Size of the consensus set of seed `u`, itself included.
   std::size_t consensus_size(std::size_t u) const {
     const auto& [a, b, c] = finder_.vertices(u);
-    const pair_set &with_a = pairs_with_.at(a), &with_b = pairs_with_.at(b), &with_c = pairs_with_.at(c);
+    const pair_set &with_a = pairs_with_[a], &with_b = pairs_with_[b], &with_c = pairs_with_[c];
     const auto all = [&](std::size_t word) { return with_a[word] & with_b[word] & with_c[word]; };
     std::size_t size = (all(u / 64) >> u % 64 & 1) == 0;
     for (std::size_t word = 0; word < with_a.size(); ++word) size += std::size_t(std::popcount(all(word)));
@@ -136,7 +140,8 @@ class agreements {
 
  private:
   const consensus_finder& finder_;
-  std::unordered_map<std::uint32_t, pair_set> pairs_with_;
+  std::vector<pair_set> pairs_with_;  // of each correspondence; empty where not kept
+  std::vector<std::uint32_t> kept_;
 };
 
 /// Lowers the bound of each pair to that of each of its correspondences, as long as it is `at_least`.
@@ -147,15 +152,17 @@ void lower_bounds(const consensus_finder& finder, std::size_t at_least, std::vec
   constexpr std::size_t unknown = std::numeric_limits<std::size_t>::max();
   std::vector<std::size_t> of_correspondence(finder.correspondences().size(), unknown);
   for (std::size_t i = 0; i < 3; ++i) {  // those of most votes first: they rule out most
-    std::vector<std::uint32_t> wanted;
+    std::vector<keyed> wanted;
     for (std::size_t u = 0; u < bounds.size(); ++u)
       if (const std::uint32_t c = finder.vertices(u)[i];
           bounds[u] >= at_least && of_correspondence[c] == unknown) {
         of_correspondence[c] = 0;
-        wanted.push_back(c);
+        wanted.push_back({c, 0});
       }
-    std::sort(wanted.begin(), wanted.end());
-    bound_all(std::span<const std::uint32_t>(wanted), of_correspondence);
+    sort_keyed(wanted);
+    std::vector<std::uint32_t> numbers;
+    for (const keyed& c : wanted) numbers.push_back(static_cast<std::uint32_t>(c.key));
+    bound_all(std::span<const std::uint32_t>(numbers), of_correspondence);
     for (std::size_t u = 0; u < bounds.size(); ++u)
       bounds[u] = std::min(bounds[u], of_correspondence[finder.vertices(u)[i]]);
   }

@@ -2,19 +2,17 @@
 // the consensus set of a seed. Memory: quadratic in the stems.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <numeric>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/distance_cells.hpp"
+#include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/matching.hpp"
@@ -63,10 +61,13 @@ class consensus_finder {
         vertices_[u][i] = number_of_[place(correspondences_of(pairs[u])[i])];
         ++votes_[vertices_[u][i]];
       }
-    for (auto& v : vertices_)
-      std::sort(v.begin(), v.end(), [&](std::uint32_t a, std::uint32_t b) { return votes_[a] > votes_[b]; });
+    for (auto& v : vertices_) {  // that of most votes first; equal ones keep their order
+      if (votes_[v[1]] > votes_[v[0]]) std::swap(v[0], v[1]);
+      if (votes_[v[2]] > votes_[v[1]]) std::swap(v[1], v[2]);
+      if (votes_[v[1]] > votes_[v[0]]) std::swap(v[0], v[1]);
+    }
     for (const auto& v : vertices_) ++first_pair_[v[0] + 1];
-    std::partial_sum(first_pair_.begin(), first_pair_.end(), first_pair_.begin());
+    for (std::size_t c = 1; c < first_pair_.size(); ++c) first_pair_[c] += first_pair_[c - 1];
     by_first_vertex_.resize(pairs.size());
     auto next = first_pair_;
     for (std::uint32_t u = 0; u < pairs.size(); ++u) by_first_vertex_[next[vertices_[u][0]]++] = u;
@@ -170,23 +171,24 @@ class consensus_finder {
 /// for.
 inline std::vector<correspondence> vote_correspondences(const consensus_finder& finder,
                                                         std::span<const std::uint32_t> consensus) {
-  std::vector<std::ptrdiff_t> votes(finder.correspondences().size());
+  std::vector<std::size_t> votes(finder.correspondences().size());
   for (const std::uint32_t u : consensus)
     for (const std::uint32_t c : finder.vertices(u)) ++votes[c];
-  std::vector<std::pair<std::ptrdiff_t, correspondence>> order;
+  std::vector<keyed> order, chosen;
   for (std::size_t c = 0; c < votes.size(); ++c)
-    if (votes[c] > 0) order.push_back({-votes[c], finder.correspondences()[c]});
-  std::sort(order.begin(), order.end());
-  std::set<stem_index> sources, targets;
-  std::vector<correspondence> chosen;
-  for (const auto& [minus_votes, c] : order) {
-    if (sources.contains(c.source) || targets.contains(c.target)) continue;
-    sources.insert(c.source);
-    targets.insert(c.target);
-    chosen.push_back(c);
+    if (votes[c] > 0) order.push_back({~std::uint64_t(votes[c]), c});  // correspondences increase
+  sort_keyed(order);
+  std::vector<bool> source_taken(finder.source().size()), target_taken(finder.target().size());
+  for (const keyed& next : order) {
+    const auto [s, t] = finder.correspondences()[next.value];
+    if (source_taken[s] || target_taken[t]) continue;
+    source_taken[s] = target_taken[t] = true;
+    chosen.push_back({next.value, 0});
   }
-  std::sort(chosen.begin(), chosen.end());
-  return chosen;
+  sort_keyed(chosen);
+  std::vector<correspondence> pairs;
+  for (const keyed& c : chosen) pairs.push_back(finder.correspondences()[c.key]);
+  return pairs;
 }
 
 }  // namespace globalmatch::detail

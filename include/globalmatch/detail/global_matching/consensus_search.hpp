@@ -51,6 +51,19 @@ struct consensus_search {
   std::size_t visited = 0;
 };
 
+/// Sorts seeds by `of(seed)`, decreasing; equal ones keep their order.
+template <class Of>
+void sort_decreasing(std::vector<std::uint32_t>& seeds, const Of& of) {
+  std::vector<keyed> order;
+  order.reserve(seeds.size());
+  for (std::size_t i = 0; i < seeds.size(); ++i) order.push_back({~std::uint64_t(of(seeds[i])), i});
+  sort_keyed(order);
+  std::vector<std::uint32_t> sorted;
+  sorted.reserve(seeds.size());
+  for (const keyed& next : order) sorted.push_back(seeds[next.value]);
+  seeds = std::move(sorted);
+}
+
 /// The largest consensus set: the one that Algorithm 1 finds, without looking at seeds that cannot win. With
 /// `sufficient` > 0 the search ends when a set of this size is found. At least one pair is needed.
 inline consensus_search largest_consensus(const consensus_finder& finder, std::size_t sufficient = 0,
@@ -59,21 +72,19 @@ inline consensus_search largest_consensus(const consensus_finder& finder, std::s
   agreements agreeing(finder);
   std::vector<std::uint32_t> order(finder.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return finder.votes_for(a) > finder.votes_for(b);
-  });
+  sort_decreasing(order, [&](std::uint32_t u) { return finder.votes_for(u); });
   std::size_t visited = std::min(batch, order.size());
   seed_consensus best = best_seed(finder, std::span(order).first(visited), agreeing, exec);
   const auto done = [&] { return sufficient > 0 && best.size >= sufficient; };
   if (visited == order.size() || done()) return {best, std::move(order), visited};
 
   auto bounds = consensus_bounds(finder, best.size, exec);
-  const auto promises_more = [&](std::uint32_t a, std::uint32_t b) { return bounds[a] > bounds[b]; };
+  const auto bound_of = [&](std::uint32_t u) { return bounds[u]; };
   const auto can_win = [&](std::uint32_t u) { return bounds[u] >= best.size; };
-  std::stable_sort(order.begin(), order.end(), promises_more);
+  sort_decreasing(order, bound_of);
   std::vector<std::uint32_t> seeds(order.begin(), std::partition_point(order.begin(), order.end(), can_win));
   lower_bounds_by_agreement(finder, best.size, bounds, agreeing, exec);
-  std::stable_sort(seeds.begin(), seeds.end(), promises_more);
+  sort_decreasing(seeds, bound_of);
   for (std::size_t begin = 0; begin < seeds.size() && !done(); begin += batch) {
     const auto next = std::span(seeds).subspan(begin, std::min(batch, seeds.size() - begin));
     const auto end = std::partition_point(next.begin(), next.end(), can_win);

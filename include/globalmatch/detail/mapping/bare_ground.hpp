@@ -33,71 +33,87 @@ inline local_plane plane_under(std::vector<vec3f>& points, float x, float y) {
   return plane;
 }
 
-/// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points,
-/// under what grows on the ground: planes under the lowest points of blocks, each through those of 5 x 5
-/// blocks without what stands out upwards.
-inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, int columns, int rows, const ground_options&,
-                                                  const execution& exec = {}) {
-  constexpr int cells_a_block = 4, half_width = 2;  // blocks of 1 m
-  const double width = cells_a_block * lowest.resolution;
-  const int across = (lowest.columns + cells_a_block - 1) / cells_a_block;
-  const int along = (lowest.rows + cells_a_block - 1) / cells_a_block;
-  const auto block = [&](int c, int r) { return std::size_t(r) * std::size_t(across) + std::size_t(c); };
-  std::vector<vec3f> lowest_of(std::size_t(across) * std::size_t(along),
-                                         no_point);
-  parallel_for(
-      exec, "ground", std::size_t(along),
-      [&](std::size_t row) {
-        const int begin = int(row) * cells_a_block, end = std::min(begin + cells_a_block, lowest.rows);
-        for (int r = begin; r < end; ++r)
-          for (int c = 0; c < lowest.columns; ++c) {
-            const vec3f& p = lowest.points[lowest.cell(c, r)];
-            vec3f& kept = lowest_of[block(c / cells_a_block, int(row))];
-            if (!std::isnan(p.z) && !(kept.z <= p.z)) kept = p;
-          }
-      },
-      16);
+/// The lowest points of square blocks, 1 m wide at the usual resolution, NaN where there is none.
+struct lowest_of_blocks {
+  static constexpr int cells_a_block = 4;
+  double width;  ///< [m]
+  int columns, rows;
+  std::vector<vec3f> points;  ///< row by row
 
-  // A block without a plane of its own takes that of larger blocks.
-  std::vector<local_plane> planes(lowest_of.size());
+  lowest_of_blocks(const lowest_raster& lowest, const execution& exec)
+      : width(cells_a_block * lowest.resolution),
+        columns((lowest.columns + cells_a_block - 1) / cells_a_block),
+        rows((lowest.rows + cells_a_block - 1) / cells_a_block),
+        points(std::size_t(columns) * std::size_t(rows), no_point) {
+    parallel_for(
+        exec, "ground", std::size_t(rows),
+        [&](std::size_t row) {
+          const int begin = int(row) * cells_a_block, end = std::min(begin + cells_a_block, lowest.rows);
+          for (int r = begin; r < end; ++r)
+            for (int c = 0; c < lowest.columns; ++c) {
+              const vec3f& p = lowest.points[lowest.cell(c, r)];
+              vec3f& kept = points[block(c / cells_a_block, int(row))];
+              if (!std::isnan(p.z) && !(kept.z <= p.z)) kept = p;
+            }
+        },
+        16);
+  }
+  std::size_t block(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
+};
+
+/// A plane under the vegetation about the middle of each block, through the points of 5 x 5 blocks; where
+/// these are too few, of larger ones.
+inline std::vector<local_plane> planes_of_blocks(const lowest_of_blocks& lowest, const execution& exec) {
+  constexpr int half_width = 2;  // blocks
+  constexpr std::size_t min_points = 6;
+  std::vector<local_plane> planes(lowest.points.size());
   parallel_for(
-      exec, "ground", std::size_t(along),
+      exec, "ground", std::size_t(lowest.rows),
       [&](std::size_t row) {
         std::vector<vec3f> nearby;
-        const int r = int(row);
-        for (int c = 0; c < across; ++c) {
+        const int top = std::min(int(row) + half_width, lowest.rows - 1);
+        for (int c = 0; c < lowest.columns; ++c) {
           nearby.clear();
-          for (int br = std::max(r - half_width, 0); br <= std::min(r + half_width, along - 1); ++br)
-            for (int bc = std::max(c - half_width, 0); bc <= std::min(c + half_width, across - 1); ++bc)
-              if (const vec3f& p = lowest_of[block(bc, br)]; !std::isnan(p.z))
-                nearby.push_back(p);
-          if (nearby.size() >= 6)
-            planes[block(c, r)] = plane_under(nearby, float((c + 0.5) * width), float((r + 0.5) * width));
+          const int right = std::min(c + half_width, lowest.columns - 1);
+          for (int br = std::max(int(row) - half_width, 0); br <= top; ++br)
+            for (int bc = std::max(c - half_width, 0); bc <= right; ++bc)
+              if (const vec3f& p = lowest.points[lowest.block(bc, br)]; !std::isnan(p.z)) nearby.push_back(p);
+          if (nearby.size() >= min_points)
+            planes[lowest.block(c, int(row))] =
+                plane_under(nearby, float((c + 0.5) * lowest.width), float((double(row) + 0.5) * lowest.width));
         }
       },
       8);
   plane_pyramid pyramid;
   const auto& wider = pyramid.fit(
-      width, across, along, half_width, 6,
+      lowest.width, lowest.columns, lowest.rows, half_width, double(min_points),
       [&](int r, plane_moments* moments) {
-        for (int c = 0; c < across; ++c)
-          if (const vec3f& p = lowest_of[block(c, r)]; !std::isnan(p.z)) moments[c].add(p);
+        for (int c = 0; c < lowest.columns; ++c)
+          if (const vec3f& p = lowest.points[lowest.block(c, r)]; !std::isnan(p.z)) moments[c].add(p);
       },
       exec);
   for (std::size_t i = 0; i < planes.size(); ++i)
     if (!planes[i].known()) planes[i] = wider[i];
+  return planes;
+}
 
+/// Heights [m] at the nodes of a raster of `columns` x `rows`, as wide as two cells of the lowest points,
+/// under what grows on the ground.
+inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, int columns, int rows,
+                                                  const ground_options&, const execution& exec = {}) {
+  constexpr int nodes_a_block = lowest_of_blocks::cells_a_block / lowest_cells_a_node;
+  const lowest_of_blocks blocks(lowest, exec);
+  const std::vector<local_plane> planes = planes_of_blocks(blocks, exec);
   std::vector<float> heights(std::size_t(columns) * std::size_t(rows));
-  constexpr int nodes_a_block = cells_a_block / lowest_cells_a_node;
   parallel_for(
       exec, "ground", std::size_t(rows),
       [&](std::size_t row) {
-        const int r = int(row);
+        const int br = int(row) / nodes_a_block;
         for (int c = 0; c < columns; ++c) {
-          const int bc = c / nodes_a_block, br = r / nodes_a_block;
-          const double x = (c + 0.5) * 2 * lowest.resolution, y = (r + 0.5) * 2 * lowest.resolution;
-          heights[std::size_t(r) * std::size_t(columns) + std::size_t(c)] =
-              planes[block(bc, br)].at(float(x - (bc + 0.5) * width), float(y - (br + 0.5) * width));
+          const int bc = c / nodes_a_block;
+          const double x = (c + 0.5) * 2 * lowest.resolution, y = (double(row) + 0.5) * 2 * lowest.resolution;
+          heights[row * std::size_t(columns) + std::size_t(c)] =
+              planes[blocks.block(bc, br)].at(float(x - (bc + 0.5) * blocks.width), float(y - (br + 0.5) * blocks.width));
         }
       },
       16);

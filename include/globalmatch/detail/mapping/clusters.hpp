@@ -58,82 +58,100 @@ class disjoint_sets {
   std::vector<point_index> parent_;
 };
 
-/// Cells joined, directly or through others, by steps of at most as many cells as either's surface reaches;
-/// only those that may be of a stem. Each cluster holds at least `min_points`
-/// points; its members are the points of its cells, positions in `cells.points()`. Cost: linear in the cells.
+/// Joins cells, directly or through others, by steps of at most as many cells as either's surface extends;
+/// only those that may be of a stem. Refers to the cells.
+class cell_joiner {
+ public:
+  using cell_index = cell_columns::cell_index;
+
+  cell_joiner(const cell_columns& cells, const std::vector<cell_surface>& surfaces,
+              const verticality_options& options, const execution& exec)
+      : cells_(cells), half_widths_(cells.cells()), sets_(cells.cells()) {
+    parallel_for(exec, "clusters", cells.cells(), [&](std::size_t c) {
+      half_widths_[c] = is_stem_cell(surfaces[c], options) ? surfaces[c].half_width : std::uint8_t(0);
+    });
+    // Blocks of rows are joined in themselves, each alone, then those that touch along their border.
+    constexpr std::size_t rows_a_block = 128, window = column_window::max_half_width;
+    parallel_for(
+        exec, "clusters", (cells.rows() + rows_a_block - 1) / rows_a_block,
+        [&](std::size_t block) { join_rows(block * rows_a_block, (block + 1) * rows_a_block); }, 1);
+    for (std::size_t border = rows_a_block; border < cells.rows(); border += rows_a_block)
+      join_rows(border - window, border + window);
+  }
+
+  /// Clusters of at least `min_points` points, in the order of their first cells.
+  point_clusters clusters(std::size_t min_points) {
+    const std::vector<point_index>& representatives = sets_.representatives();
+    std::vector<std::uint32_t> points_of(cells_.cells(), 0), place(cells_.cells(), 0);
+    for (cell_index c = 0; c < cells_.cells(); ++c)
+      if (is_of_stem(c)) points_of[representatives[c]] += cells_.points_end(c) - cells_.points_begin(c);
+    point_clusters found;
+    for (cell_index c = 0; c < cells_.cells(); ++c) {
+      if (points_of[c] == 0 || points_of[c] < min_points) continue;
+      place[c] = static_cast<std::uint32_t>(found.first.back());
+      found.first.push_back(place[c] + points_of[c]);
+    }
+    found.members.resize(found.first.back());
+    for (cell_index c = 0; c < cells_.cells(); ++c) {
+      const point_index representative = representatives[c];
+      if (!is_of_stem(c) || points_of[representative] < min_points) continue;
+      std::uint32_t& next = place[representative];
+      for (std::uint32_t p = cells_.points_begin(c); p < cells_.points_end(c); ++p) found.members[next++] = p;
+    }
+    return found;
+  }
+
+ private:
+  bool is_of_stem(std::size_t c) const { return half_widths_[c] > 0; }
+
+  /// Joins the cells of some rows among each other.
+  void join_rows(std::size_t first_row, std::size_t last_row) {
+    const auto first_of_row = [&](std::size_t row) {
+      return row < cells_.rows() ? cells_.columns_begin(row) : cells_.columns();
+    };
+    const std::size_t first = first_of_row(first_row), last = first_of_row(last_row);
+    column_window window(cells_);
+    for (std::size_t column = first; column < last; ++column) {
+      if (column % 1024 == 0) poll_cancelled();
+      std::int32_t max_half_width = 0;
+      for (cell_index c = cells_.cells_begin(column); c < cells_.cells_end(column); ++c)
+        max_half_width = std::max(max_half_width, std::int32_t(half_widths_[c]));
+      if (max_half_width == 0) continue;
+      window.move_to(column);
+      window.for_each_within(max_half_width, 0, [&](std::size_t other) {
+        // Cells of equal extent see each other: once is enough.
+        if (other >= first && other < last && (max_half_width > 1 || other >= column))
+          join_columns(column, other, max_half_width);
+      });
+    }
+  }
+
+  /// Joins the cells of a column to those of another that its cells, of at most `max_half_width`, extend to.
+  void join_columns(std::size_t column, std::size_t other, std::int32_t max_half_width) {
+    const auto &here = cells_.column_at(column), &there = cells_.column_at(other);
+    const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
+    cell_index at = cells_.cells_begin(other);
+    const cell_index last = cells_.cells_end(other);
+    for (cell_index c = cells_.cells_begin(column); c < cells_.cells_end(column); ++c) {
+      const std::int32_t half_width = half_widths_[c], height = cells_[c].height;
+      if (half_width == 0 || away > half_width || (half_width == 1 && other < column)) continue;
+      while (at < last && cells_[at].height < height - max_half_width) ++at;
+      for (cell_index o = at; o < last && cells_[o].height <= height + half_width; ++o)
+        if (cells_[o].height >= height - half_width && is_of_stem(o)) sets_.join(c, o);
+    }
+  }
+
+  const cell_columns& cells_;
+  std::vector<std::uint8_t> half_widths_;  // of each cell; 0: not of a stem
+  disjoint_sets sets_;
+};
+
+/// Clusters of the cells that may be of a stem, of at least `min_points` points each. Members are the points
+/// of their cells, positions in `cells.points()`. Cost: linear in the cells.
 inline point_clusters cluster_cells(const cell_columns& cells, const std::vector<cell_surface>& surfaces,
                                     const verticality_options& options, std::size_t min_points,
                                     const execution& exec = {}) {
-  using cell_index = cell_columns::cell_index;
-  disjoint_sets sets(cells.cells());
-  std::vector<std::uint8_t> half_width_of(cells.cells());  // 0: not of a stem
-  parallel_for(exec, "clusters", cells.cells(), [&](std::size_t c) {
-    half_width_of[c] = is_stem_cell(surfaces[c], options) ? surfaces[c].half_width : std::uint8_t(0);
-  });
-  const auto join_around = [&](std::size_t column, std::size_t first_column, std::size_t last_column,
-                               column_window& window) {
-    std::int32_t max_half_width = 0;
-    for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c)
-      max_half_width = std::max(max_half_width, std::int32_t(half_width_of[c]));
-    if (max_half_width == 0) return;
-    window.move_to(column);
-    const auto& here = cells.column_at(column);
-    window.for_each_within(max_half_width, 0, [&](std::size_t other) {
-      // Cells of equal reach see each other: once is enough.
-      if (other < first_column || other >= last_column || (max_half_width == 1 && other < column)) return;
-      const auto& there = cells.column_at(other);
-      const std::int32_t away = std::max(std::abs(here.x - there.x), std::abs(here.y - there.y));
-      cell_index at = cells.cells_begin(other);
-      const cell_index last = cells.cells_end(other);
-      for (cell_index c = cells.cells_begin(column); c < cells.cells_end(column); ++c) {
-        const std::int32_t half_width = half_width_of[c], height = cells[c].height;
-        if (half_width == 0 || away > half_width || (half_width == 1 && other < column)) continue;
-        while (at < last && cells[at].height < height - max_half_width) ++at;
-        for (cell_index o = at; o < last && cells[o].height <= height + half_width; ++o)
-          if (cells[o].height >= height - half_width && half_width_of[o] > 0) sets.join(c, o);
-      }
-    });
-  };
-  // Blocks of rows are joined in themselves, each alone, then those that touch along their border.
-  constexpr std::size_t rows_a_block = 128, window_half_width = column_window::max_half_width;
-  const std::size_t blocks = (cells.rows() + rows_a_block - 1) / rows_a_block;
-  const auto first_of_row = [&](std::size_t row) {
-    return row < cells.rows() ? cells.columns_begin(row) : cells.columns();
-  };
-  parallel_for(
-      exec, "clusters", blocks,
-      [&](std::size_t block) {
-        column_window window(cells);
-        const std::size_t first = first_of_row(block * rows_a_block),
-                          last = first_of_row((block + 1) * rows_a_block);
-        for (std::size_t column = first; column < last; ++column) join_around(column, first, last, window);
-      },
-      1);
-  column_window window(cells);
-  for (std::size_t border = rows_a_block; border < cells.rows(); border += rows_a_block) {
-    const std::size_t first = first_of_row(border - window_half_width),
-                      last = first_of_row(border + window_half_width);
-    for (std::size_t column = first; column < last; ++column) join_around(column, first, last, window);
-  }
-
-  const std::vector<point_index>& representatives = sets.representatives();
-  std::vector<std::uint32_t> points_of(cells.cells(), 0), place(cells.cells(), 0);
-  for (cell_index c = 0; c < cells.cells(); ++c)
-    if (half_width_of[c] > 0) points_of[representatives[c]] += cells.points_end(c) - cells.points_begin(c);
-  point_clusters clusters;
-  for (cell_index c = 0; c < cells.cells(); ++c) {
-    if (points_of[c] == 0 || points_of[c] < min_points) continue;
-    place[c] = static_cast<std::uint32_t>(clusters.first.back());
-    clusters.first.push_back(place[c] + points_of[c]);
-  }
-  clusters.members.resize(clusters.first.back());
-  for (cell_index c = 0; c < cells.cells(); ++c) {
-    const point_index representative = representatives[c];
-    if (half_width_of[c] == 0 || points_of[representative] < min_points) continue;
-    std::uint32_t& next = place[representative];
-    for (std::uint32_t p = cells.points_begin(c); p < cells.points_end(c); ++p) clusters.members[next++] = p;
-  }
-  return clusters;
+  return cell_joiner(cells, surfaces, options, exec).clusters(min_points);
 }
 
 }  // namespace globalmatch::detail

@@ -2,26 +2,24 @@
 // In: points of a scan, one forward pass. Out: `lowest_raster`. Memory linear in the area that holds points.
 #pragma once
 
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <span>
-#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/sort_by_key.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/detail/mapping/tiled_minima.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_map.hpp"
@@ -29,8 +27,8 @@
 namespace globalmatch::detail {
 
 /// In place of a point where there is none.
-inline constexpr vec3f no_point(std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(),
-                                std::numeric_limits<float>::quiet_NaN());
+inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
+inline constexpr vec3f no_point(not_known, not_known, not_known);
 
 /// Each node of the terrain covers 2 x 2 cells of the lowest points.
 constexpr int lowest_cells_a_node = 2;
@@ -49,149 +47,74 @@ struct lowest_raster {
   }
 };
 
-/// Plan raster in sparse tiles, since a scan may have outliers a million metres away.
-class tiled_minima {
- public:
-  static constexpr int tile_cells = 32;
-  static constexpr double beyond_any_plot = 1e11;  // [m] from the first point; keeps keys and heights exact
-  struct lowest {
-    double z = std::numeric_limits<double>::infinity();
-    float x = 0, y = 0;  // from the corner of the tile
-    bool empty() const { return std::isinf(z); }
-    /// Equally low points are told apart by their place, so that the order of points does not matter.
-    bool operator<(const lowest& o) const { return std::tie(z, x, y) < std::tie(o.z, o.x, o.y); }
-  };
-  static constexpr std::size_t cells_a_tile = tile_cells * tile_cells;
-  /// Cells row by row.
-  struct tile {
-    std::array<lowest, cells_a_tile> cells;
-    std::array<float, cells_a_tile> rounded;  // their heights: most points are told by these
-    tile() { rounded.fill(std::numeric_limits<float>::infinity()); }
-    void take_lower(const tile& other) {
-      for (std::size_t i = 0; i < cells_a_tile; ++i)
-        if (other.cells[i] < cells[i]) cells[i] = other.cells[i];
-    }
-  };
-  using key = std::pair<std::int64_t, std::int64_t>;  // (row, column) of the tile
-  using tile_map = std::map<key, std::unique_ptr<tile>>;
-
-  explicit tiled_minima(double resolution)
-      : per_cell_(1 / resolution),
-        tile_size_(resolution * tile_cells),
-        near_(near_tiles * near_tiles + 1, &none_) {}
-  tiled_minima(const tiled_minima&) = delete;
-  tiled_minima& operator=(const tiled_minima&) = delete;
-
-  const tile_map& tiles() const { return tiles_; }
-
-  /// False also for what is not a number.
-  static bool within_range(const vec3& p) {
-    return std::abs(p.x) < beyond_any_plot && std::abs(p.y) < beyond_any_plot &&
-           std::abs(p.z) < beyond_any_plot;
-  }
-
-  static constexpr std::size_t batch_size = 256;
-  /// At most a batch of points. Returns how many are of no plot.
-  std::size_t add(std::span<const vec3> points) {
-    std::array<place, batch_size> places;
-    std::array<unsigned, batch_size> candidates;
-    for (std::size_t i = 0; i < points.size(); ++i) places[i] = place_of(points[i]);
-    std::size_t count = 0, lost = 0;
-    // Without branches, which nobody could foretell. What is not a number is no higher than anything.
-    for (unsigned i = 0; i < points.size(); ++i) {
-      candidates[count] = i;
-      count += !(float(points[i].z) > near_[places[i].tile]->rounded[places[i].cell]);
-    }
-    for (std::size_t k = 0; k < count; ++k)
-      if (!keep(points[candidates[k]], places[candidates[k]])) ++lost;
-    return lost;
-  }
-
- private:
-  static constexpr unsigned near_tiles = 128;  // along and across, around the first point
-  static constexpr unsigned elsewhere = near_tiles * near_tiles;
-  struct place {
-    unsigned tile, cell;
-  };
-
-  place place_of(const vec3& p) const {
-    constexpr double middle = near_tiles / 2 * tile_cells, all = near_tiles * tile_cells;
-    const double gx = p.x * per_cell_ + middle, gy = p.y * per_cell_ + middle;
-    const bool near = (gx >= 0) & (gx < all) & (gy >= 0) & (gy < all) & (std::abs(p.z) < beyond_any_plot);
-    if (!near) return {elsewhere, 0};
-    const auto c = static_cast<unsigned>(static_cast<int>(gx)),
-               r = static_cast<unsigned>(static_cast<int>(gy));
-    return {r / tile_cells * near_tiles + c / tile_cells, r % tile_cells * tile_cells + c % tile_cells};
-  }
-  bool keep(const vec3& p, const place& at) {
-    if (at.tile == elsewhere) return keep_far(p);
-    const key k{int(at.tile / near_tiles) - int(near_tiles / 2),
-                int(at.tile % near_tiles) - int(near_tiles / 2)};
-    if (near_[at.tile] == &none_) near_[at.tile] = &tile_at(k);
-    keep_in(*near_[at.tile], k, at.cell, p);
-    return true;
-  }
-  bool keep_far(const vec3& p) {
-    if (!within_range(p)) return false;
-    const key k{std::int64_t(std::floor(p.y / tile_size_)), std::int64_t(std::floor(p.x / tile_size_))};
-    const auto cell = [&](double v, std::int64_t t) {
-      return std::clamp(static_cast<int>((v - double(t) * tile_size_) * per_cell_), 0, tile_cells - 1);
-    };
-    keep_in(tile_at(k), k, std::size_t(cell(p.y, k.first) * tile_cells + cell(p.x, k.second)), p);
-    return true;
-  }
-  void keep_in(tile& t, const key& k, std::size_t cell, const vec3& p) const {
-    const lowest candidate{p.z, float(p.x - double(k.second) * tile_size_),
-                           float(p.y - double(k.first) * tile_size_)};
-    if (!(candidate < t.cells[cell])) return;
-    t.cells[cell] = candidate;
-    t.rounded[cell] = float(p.z);
-  }
-  tile& tile_at(const key& k) {
-    std::unique_ptr<tile>& found = tiles_[k];
-    if (!found) found = std::make_unique<tile>();
-    return *found;
-  }
-
-  double per_cell_, tile_size_;
-  tile_map tiles_;
-  tile none_;                // where no point was yet, and elsewhere
-  std::vector<tile*> near_;  // found without a search
-};
-
 /// A tile with what all threads found.
 struct gathered_tile {
-  tiled_minima::key key;
   tiled_minima::tile* minima = nullptr;
   std::size_t occupied = 0;  // cells
   double lowest = 0;
+
+  const tiled_minima::key& key() const { return minima->at; }
 };
+
+/// Merges what threads found, into tiles of some of them; sorted by key.
+inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
+                                              const execution& exec) {
+  std::vector<tiled_minima::tile*> all;
+  for (const auto& raster : rasters)
+    for (const auto& tile : raster->tiles()) all.push_back(tile.get());
+  std::vector<keyed_place> order(all.size()), spare;
+  constexpr auto offset = std::uint64_t(1) << 63;  // negative numbers first
+  for (std::size_t i = 0; i < all.size(); ++i)
+    order[i] = {std::uint64_t(all[i]->at.column) + offset, static_cast<std::uint32_t>(i)};
+  sort_by_key(order, spare);
+  for (keyed_place& o : order) o.key = std::uint64_t(all[o.place]->at.row) + offset;
+  sort_by_key(order, spare);
+
+  std::vector<std::size_t> first;  // of the tiles with the same key
+  for (std::size_t i = 0; i < order.size(); ++i)
+    if (i == 0 || !(all[order[i].place]->at == all[order[i - 1].place]->at)) first.push_back(i);
+  first.push_back(order.size());
+  std::vector<gathered_tile> tiles(first.size() - 1);
+  parallel_for(
+      exec, "ground", tiles.size(),
+      [&](std::size_t t) {
+        gathered_tile& gathered = tiles[t];
+        gathered.minima = all[order[first[t]].place];
+        for (std::size_t k = first[t] + 1; k < first[t + 1]; ++k)
+          gathered.minima->take_lower(*all[order[k].place]);
+        gathered.lowest = std::numeric_limits<double>::infinity();
+        for (const tiled_minima::lowest& cell : gathered.minima->cells) {
+          gathered.occupied += !cell.empty();
+          gathered.lowest = std::min(gathered.lowest, cell.z);
+        }
+      },
+      8);
+  return tiles;
+}
 
 /// The group of adjoining tiles that holds most cells: what the scan is of. `tiles` are sorted by key.
 inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& tiles) {
   const auto find = [&](const tiled_minima::key& k) {
     const auto at = std::lower_bound(tiles.begin(), tiles.end(), k,
-                                     [](const gathered_tile& t, const auto& key) { return t.key < key; });
-    return at != tiles.end() && at->key == k ? std::size_t(at - tiles.begin()) : tiles.size();
+                                     [](const gathered_tile& t, const auto& key) { return t.key() < key; });
+    return at != tiles.end() && at->key() == k ? std::size_t(at - tiles.begin()) : tiles.size();
   };
-  std::vector<bool> visited(tiles.size() + 1, false);
-  visited.back() = true;  // no tile
+  std::vector<std::uint8_t> visited(tiles.size() + 1, 0);
+  visited.back() = 1;  // no tile
   std::vector<std::size_t> best;
   std::size_t best_count = 0;
   for (std::size_t first = 0; first < tiles.size(); ++first) {
     if (visited[first]) continue;
     std::vector<std::size_t> group{first};
-    visited[first] = true;
+    visited[first] = 1;
     std::size_t count = 0;
     for (std::size_t i = 0; i < group.size(); ++i) {
-      const auto [row, column] = tiles[group[i]].key;
+      const tiled_minima::key at = tiles[group[i]].key();
       count += tiles[group[i]].occupied;
-      for (int dr = -1; dr <= 1; ++dr)
-        for (int dc = -1; dc <= 1; ++dc)
-          if (const std::size_t next = find({row + dr, column + dc}); !visited[next]) {
-            visited[next] = true;
-            group.push_back(next);
-          }
+      for (int neighbor = 0; neighbor < 9; ++neighbor) {
+        const std::size_t next = find({at.row + neighbor / 3 - 1, at.column + neighbor % 3 - 1});
+        if (std::exchange(visited[next], std::uint8_t(1)) == 0) group.push_back(next);
+      }
     }
     if (count > best_count) {
       best_count = count;
@@ -201,124 +124,107 @@ inline std::vector<std::size_t> main_group(const std::vector<gathered_tile>& til
   return best;
 }
 
-/// The first point of a scan that may be of a plot.
-template <point_range R>
-std::optional<vec3> first_within_range(const R& scan) {
-  for (const auto& p : scan)
-    if (const vec3 v = xyz(p); tiled_minima::within_range(v)) return v;
-  return std::nullopt;
-}
-
-/// Puts together what threads found, in the tiles of one of them; by key.
-inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
-                                              const execution& exec) {
-  std::map<tiled_minima::key, std::vector<tiled_minima::tile*>> parts;
-  for (const auto& raster : rasters)
-    for (const auto& [key, tile] : raster->tiles()) parts[key].push_back(tile.get());
-  std::vector<gathered_tile> tiles;
-  for (const auto& part : parts) tiles.push_back({part.first, part.second.front()});
-  parallel_for(
-      exec, "ground", tiles.size(),
-      [&](std::size_t i) {
-        gathered_tile& gathered = tiles[i];
-        const auto& of_threads = parts.at(gathered.key);
-        for (std::size_t k = 1; k < of_threads.size(); ++k) gathered.minima->take_lower(*of_threads[k]);
-        const auto& cells = gathered.minima->cells;
-        gathered.occupied =
-            std::size_t(std::count_if(cells.begin(), cells.end(), [](const auto& c) { return !c.empty(); }));
-        gathered.lowest = std::min_element(cells.begin(), cells.end())->z;
-      },
-      8);
-  return tiles;
-}
-
-/// Gathers the lowest points in one forward pass over the scan, in a frame levelled by `up`; parts of the
-/// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
-/// if no point is finite. Cost: linear; parallel where the range gives random access.
-template <point_range R>
-lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3& up,
-                                   ground_funnel& funnel, const execution& exec = {}) {
-  lowest_raster raster;
-  raster.frame.rotation = levelling_rotation(up);
-  raster.resolution = resolution;
-  funnel = {};
-  raster.frame.origin = first_within_range(scan).value_or(vec3{});
-
-  // Whoever works on a chunk borrows a raster: there are no more of them than threads.
-  std::vector<std::unique_ptr<tiled_minima>> idle;
-  std::mutex door;
-  read_in_chunks(
-      scan, exec, "ground", [](std::size_t) {},
-      [&](std::size_t, const auto& visit_points) {
-        std::unique_ptr<tiled_minima> minima;
-        {
-          const std::lock_guard lock(door);
-          if (!idle.empty()) {
-            minima = std::move(idle.back());
-            idle.pop_back();
-          }
-        }
-        if (!minima) minima = std::make_unique<tiled_minima>(resolution);
-        std::array<vec3, tiled_minima::batch_size> batch;
-        std::size_t in_batch = 0, points = 0, lost = 0;
-        const auto hand_over = [&] {
-          lost += minima->add({batch.data(), in_batch});
-          points += std::exchange(in_batch, 0);
-        };
-        visit_points([&](const vec3& p, point_index) {
-          batch[in_batch++] = raster.frame.to_local(p);
-          if (in_batch == batch.size()) hand_over();
-        });
-        hand_over();
-        const std::lock_guard lock(door);
-        funnel.points += points;
-        funnel.not_finite += lost;
-        idle.push_back(std::move(minima));
-      });
-
-  const auto tiles = merge_tiles(idle, exec);
+/// The raster of the main group of tiles. `frame` is that of the tiles; counts cells.
+inline lowest_raster make_raster(const std::vector<gathered_tile>& tiles, const local_frame& frame,
+                                 double resolution, ground_funnel& funnel, const execution& exec) {
+  constexpr int tile_cells = tiled_minima::tile_cells;
+  lowest_raster raster{frame, resolution, 0, 0, {}};
   const auto group = main_group(tiles);
-  for (const auto& t : tiles) funnel.cells += t.occupied;
+  for (const gathered_tile& t : tiles) funnel.cells += t.occupied;
   funnel.cells_apart = funnel.cells;
   if (group.empty()) return raster;
-  tiled_minima::key low = tiles[group.front()].key, high = low;  // (row, column)
-  std::vector<double> heights;                                   // the lowest of each tile
+  tiled_minima::key low = tiles[group.front()].key(), high = low;
+  std::vector<double> heights;  // the lowest of each tile
   for (const std::size_t i : group) {
-    const auto [row, column] = tiles[i].key;
-    low = {std::min(low.first, row), std::min(low.second, column)};
-    high = {std::max(high.first, row), std::max(high.second, column)};
+    const tiled_minima::key& at = tiles[i].key();
+    low = {std::min(low.row, at.row), std::min(low.column, at.column)};
+    high = {std::max(high.row, at.row), std::max(high.column, at.column)};
     funnel.cells_apart -= tiles[i].occupied;
     heights.push_back(tiles[i].lowest);
   }
 
   // Whole metres above the first point: a shifted scan then gives the same local coordinates, bit for bit.
-  const double tile_size = resolution * tiled_minima::tile_cells;
-  const vec3 corner{double(low.second) * tile_size, double(low.first) * tile_size,
-                    std::floor(upper_median(heights))};
-  raster.frame.origin = raster.frame.to_scan(corner);
-  raster.columns = int(high.second - low.second + 1) * tiled_minima::tile_cells;
-  raster.rows = int(high.first - low.first + 1) * tiled_minima::tile_cells;
-  raster.points.resize(std::size_t(raster.columns) * std::size_t(raster.rows));
-  parallel_for(
-      exec, "ground", raster.points.size(),
-      [&](std::size_t i) { raster.points[i] = no_point; }, 1 << 14);
+  const double tile_size = resolution * tile_cells, bottom = std::floor(upper_median(heights));
+  raster.frame.origin =
+      frame.to_scan({double(low.column) * tile_size, double(low.row) * tile_size, bottom});
+  raster.columns = int(high.column - low.column + 1) * tile_cells;
+  raster.rows = int(high.row - low.row + 1) * tile_cells;
+  raster.points.assign(std::size_t(raster.columns) * std::size_t(raster.rows), no_point);
   parallel_for(
       exec, "ground", group.size(),
       [&](std::size_t g) {
-        const auto& [k, tile] = std::tie(tiles[group[g]].key, *tiles[group[g]].minima);
-        const vec3 tile_corner{double(k.second - low.second) * tile_size,
-                               double(k.first - low.first) * tile_size, -corner.z};
-        for (int i = 0; i < tiled_minima::tile_cells * tiled_minima::tile_cells; ++i) {
-          const auto& lowest = tile.cells[std::size_t(i)];
+        const tiled_minima::tile& tile = *tiles[group[g]].minima;
+        const int column = int(tile.at.column - low.column), row = int(tile.at.row - low.row);
+        const vec3 corner{column * tile_size, row * tile_size, -bottom};
+        for (int i = 0; i < tile_cells * tile_cells; ++i) {
+          const tiled_minima::lowest& lowest = tile.cells[std::size_t(i)];
           if (lowest.empty()) continue;
-          const int r = int(k.first - low.first) * tiled_minima::tile_cells + i / tiled_minima::tile_cells;
-          const int c = int(k.second - low.second) * tiled_minima::tile_cells + i % tiled_minima::tile_cells;
-          raster.points[raster.cell(c, r)] =
-              vec3f(tile_corner + vec3{lowest.x, lowest.y, lowest.z});
+          raster.points[raster.cell(column * tile_cells + i % tile_cells, row * tile_cells + i / tile_cells)] =
+              vec3f(corner + vec3{lowest.x, lowest.y, lowest.z});
         }
       },
       16);
   return raster;
+}
+
+/// Rasters that threads borrow: there are no more of them than threads.
+class minima_pool {
+ public:
+  explicit minima_pool(double resolution) : resolution_(resolution) {}
+
+  std::unique_ptr<tiled_minima> take() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<tiled_minima>(resolution_);
+    std::unique_ptr<tiled_minima> minima = std::move(idle_.back());
+    idle_.pop_back();
+    return minima;
+  }
+  /// Takes one back, with how many points were added to it, and how many were out of range.
+  void give_back(std::unique_ptr<tiled_minima> minima, std::size_t points, std::size_t out_of_range,
+                 ground_funnel& funnel) {
+    const std::lock_guard lock(mutex_);
+    funnel.points += points;
+    funnel.not_finite += out_of_range;
+    idle_.push_back(std::move(minima));
+  }
+  const std::vector<std::unique_ptr<tiled_minima>>& idle() const { return idle_; }
+
+ private:
+  double resolution_;
+  std::mutex mutex_;
+  std::vector<std::unique_ptr<tiled_minima>> idle_;
+};
+
+/// Gathers the lowest points in one forward pass over the scan, in a frame levelled by `up`; parts of the
+/// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
+/// if no point is finite. Cost: linear; parallel where the range gives random access.
+template <point_range R>
+lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3& up, ground_funnel& funnel,
+                                   const execution& exec = {}) {
+  local_frame frame{{}, levelling_rotation(up)};
+  funnel = {};
+  for (const auto& p : scan)
+    if (const vec3 v = xyz(p); tiled_minima::is_within_range(v)) {
+      frame.origin = v;  // the first one
+      break;
+    }
+  minima_pool pool(resolution);
+  read_in_chunks(
+      scan, exec, "ground", [](std::size_t) {},
+      [&](std::size_t, const auto& visit_points) {
+        std::unique_ptr<tiled_minima> minima = pool.take();
+        std::array<vec3, tiled_minima::batch_size> batch;
+        std::size_t in_batch = 0, points = 0, out_of_range = 0;
+        visit_points([&](const vec3& p, point_index) {
+          batch[in_batch++] = frame.to_local(p);
+          if (in_batch < batch.size()) return;
+          out_of_range += minima->add({batch.data(), in_batch});
+          points += std::exchange(in_batch, 0);
+        });
+        out_of_range += minima->add({batch.data(), in_batch});
+        pool.give_back(std::move(minima), points + in_batch, out_of_range, funnel);
+      });
+  return make_raster(merge_tiles(pool.idle(), exec), frame, resolution, funnel, exec);
 }
 
 }  // namespace globalmatch::detail

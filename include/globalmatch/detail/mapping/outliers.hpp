@@ -52,7 +52,7 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, cons
   std::size_t removed = 0;
   for (const auto& of_row : outliers)
     for (const std::size_t i : of_row) {
-      raster.points[i].z = std::numeric_limits<float>::quiet_NaN();
+      raster.points[i].z = not_known;
       ++removed;
     }
   return removed;
@@ -120,7 +120,7 @@ inline std::size_t remove_unreachable(lowest_raster& raster, double slope, doubl
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.columns; ++c)
       if (float& z = raster.points[raster.cell(c, r)].z; z > ceiling.row(r)[c] + float(step)) {
-        z = std::numeric_limits<float>::quiet_NaN();
+        z = not_known;
         ++removed;
       }
   return removed;

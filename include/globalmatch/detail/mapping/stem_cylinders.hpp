@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <limits>
 #include <optional>
@@ -14,6 +15,7 @@
 
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "globalmatch/detail/core/sort_by_key.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
@@ -34,12 +36,17 @@ struct stem_cylinders {
 };
 
 /// Numbers of the clusters, those of most points first.
-inline std::vector<std::size_t> by_decreasing_size(const point_clusters& clusters) {
-  std::vector<std::size_t> order(clusters.size());
-  for (std::size_t c = 0; c < order.size(); ++c) order[c] = c;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return clusters[a].size() > clusters[b].size(); });
-  return order;
+inline std::vector<std::uint32_t> by_decreasing_size(const point_clusters& clusters) {
+  std::vector<std::uint64_t> keys(clusters.size());
+  for (std::size_t c = 0; c < keys.size(); ++c) keys[c] = ~std::uint64_t(clusters[c].size());
+  return order_by(keys);
+}
+
+/// Numbers of the cylinders, those of most support first.
+inline std::vector<std::uint32_t> by_decreasing_support(const std::vector<stem_cylinder>& stems) {
+  std::vector<std::uint64_t> keys(stems.size());
+  for (std::size_t i = 0; i < keys.size(); ++i) keys[i] = ~std::uint64_t(stems[i].support.size());
+  return order_by(keys);
 }
 
 /// Every so many of the members of a cluster, some thousands at most.
@@ -70,7 +77,7 @@ inline double tolerance_from_noise(const cell_columns& understory, const point_c
   constexpr double minimum = 0.01, maximum = 0.04;  // [m]
   constexpr double band = 2 * maximum;
   options.cylinder.distance_tolerance = default_distance_tolerance;
-  std::vector<std::size_t> order = by_decreasing_size(clusters);
+  std::vector<std::uint32_t> order = by_decreasing_size(clusters);
   order.resize(std::min(order.size(), max_clusters));
   std::vector<std::optional<double>> of_cluster(order.size());
   parallel_for(

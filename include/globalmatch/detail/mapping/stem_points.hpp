@@ -8,6 +8,7 @@
 
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/clusters.hpp"
 #include "globalmatch/detail/mapping/column_search.hpp"
 #include "globalmatch/detail/mapping/understory.hpp"

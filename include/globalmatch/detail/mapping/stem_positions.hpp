@@ -11,9 +11,8 @@
 #include <vector>
 
 #include "globalmatch/detail/core/local_points.hpp"
-#include "globalmatch/detail/core/sort_stably.hpp"
+#include "globalmatch/detail/core/sort_by_key.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/detail/mapping/cylinder_fit.hpp"
 #include "globalmatch/detail/mapping/stem_base.hpp"
@@ -25,47 +24,54 @@
 
 namespace globalmatch::detail {
 
-/// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork): those whose
-/// axes come within the larger radius of each other on the ground or at a height where one of them was seen.
-/// The better supported one stays, refined over both. Cylinders that do not meet the terrain are left out.
+/// A cylinder, and the height of the ground where its axis meets it.
+struct stem_fragment {
+  stem_cylinder stem;
+  double ground_height;
+};
+
+/// Whether the axes of two cylinders come within the larger radius of each other on the ground or at a height
+/// where one of them was seen.
+inline bool are_of_one_stem(const stem_fragment& a, const stem_fragment& b) {
+  const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
+  const auto touch = [&](double z) {
+    return (ca.at_height(z) - cb.at_height(z)).norm() < std::max(ca.radius, cb.radius);
+  };
+  return touch(a.ground_height) || touch(ca.point.z) || touch(cb.point.z);
+}
+
+/// Adds the support of one cylinder of a stem to another, which is refined over both.
+inline void absorb(stem_cylinder& whole, const stem_cylinder& part, const local_points& understory,
+                   double tolerance, const cylinder_options& options) {
+  std::vector<point_index> support;
+  std::set_union(whole.support.begin(), whole.support.end(), part.support.begin(), part.support.end(),
+                 std::back_inserter(support));
+  std::vector<vec3> both;
+  for (const point_index i : support) both.push_back(vec3(understory[i]));
+  if (const auto refined = refine_cylinder(whole.cylinder, both, tolerance, options))
+    whole.cylinder = *refined;
+  whole.support = std::move(support);
+}
+
+/// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork) to the better
+/// supported one. Cylinders that do not meet the terrain are left out.
 inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const local_points& understory,
                                                   const terrain& ground, const cylinder_options& options) {
-  struct fragment_with_base {
-    stem_cylinder stem;
-    double ground_height;
-  };
-  std::vector<fragment_with_base> fragments, merged;
-  for (stem_cylinder& s : found.stems)
-    if (const auto base = intersect_terrain(s.cylinder, ground))
-      fragments.push_back({std::move(s), base->z});
-  sort_stably(fragments, [](const fragment_with_base& a, const fragment_with_base& b) {
-    return a.stem.support.size() > b.stem.support.size();
-  });
-  const auto same_stem = [](const fragment_with_base& a, const fragment_with_base& b) {
-    const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
-    const auto touch = [&](double z) {
-      return (ca.at_height(z) - cb.at_height(z)).norm() < std::max(ca.radius, cb.radius);
-    };
-    return touch(a.ground_height) || touch(ca.point.z) || touch(cb.point.z);
-  };
-  for (fragment_with_base& fragment : fragments) {
-    const auto whole = std::find_if(merged.begin(), merged.end(),
-                                    [&](const fragment_with_base& r) { return same_stem(r, fragment); });
-    if (whole == merged.end()) {
+  std::vector<stem_fragment> merged;
+  for (const std::uint32_t k : by_decreasing_support(found.stems)) {
+    poll_cancelled();
+    const auto base = intersect_terrain(found.stems[k].cylinder, ground);
+    if (!base) continue;
+    stem_fragment fragment{std::move(found.stems[k]), base->z};
+    std::size_t whole = 0;
+    while (whole < merged.size() && !are_of_one_stem(merged[whole], fragment)) ++whole;
+    if (whole < merged.size())
+      absorb(merged[whole].stem, fragment.stem, understory, found.distance_tolerance, options);
+    else
       merged.push_back(std::move(fragment));
-      continue;
-    }
-    std::vector<point_index> support;
-    std::set_union(whole->stem.support.begin(), whole->stem.support.end(), fragment.stem.support.begin(),
-                   fragment.stem.support.end(), std::back_inserter(support));
-    std::vector<vec3> both;
-    for (const point_index i : support) both.push_back(vec3(understory[i]));
-    if (const auto refined = refine_cylinder(whole->stem.cylinder, both, found.distance_tolerance, options))
-      whole->stem.cylinder = *refined;
-    whole->stem.support = std::move(support);
   }
   std::vector<stem_cylinder> stems;
-  for (fragment_with_base& r : merged) stems.push_back(std::move(r.stem));
+  for (stem_fragment& fragment : merged) stems.push_back(std::move(fragment.stem));
   return stems;
 }
 
@@ -82,16 +88,11 @@ inline double stem_quality(const stem_cylinder& found) {
 /// The indices in the scan of some points, increasing.
 inline std::vector<point_index> in_scan_order(const std::vector<point_index>& chosen,
                                               const local_points& points) {
-  struct entry {
-    point_index key;
-  };
-  std::vector<entry> entries, spare;
-  entries.reserve(chosen.size());
-  for (const point_index i : chosen) entries.push_back({points.index[i]});
-  radix_sort(entries, spare);
-  std::vector<point_index> indices;
-  indices.reserve(chosen.size());
-  for (const entry& e : entries) indices.push_back(e.key);
+  std::vector<keyed_place> entries(chosen.size()), spare;
+  for (std::size_t i = 0; i < chosen.size(); ++i) entries[i] = {points.index[chosen[i]], 0};
+  sort_by_key(entries, spare);
+  std::vector<point_index> indices(chosen.size());
+  for (std::size_t i = 0; i < chosen.size(); ++i) indices[i] = static_cast<point_index>(entries[i].key);
   return indices;
 }
 
@@ -135,13 +136,17 @@ inline std::vector<stem> locate_stems(const std::vector<stem_cylinder>& cylinder
   parallel_for(
       exec, "stem positions", cylinders.size(),
       [&](std::size_t i) { located[i] = locate_stem(cylinders[i], points, ground); }, 4);
-  std::vector<stem> stems;
-  for (auto& s : located)
-    if (s) stems.push_back(std::move(*s));
-  std::sort(stems.begin(), stems.end(), [](const stem& a, const stem& b) {
-    const double *p = a.position.data(), *q = b.position.data();
-    return std::lexicographical_compare(p, p + 3, q, q + 3);
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < located.size(); ++i)
+    if (located[i]) order.push_back(i);
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const double *p = located[a]->position.data(), *q = located[b]->position.data();
+    return p[0] != q[0] ? p[0] < q[0] : p[1] != q[1] ? p[1] < q[1] : p[2] < q[2];
   });
+  std::vector<stem> stems;
+  stems.reserve(order.size());
+  for (const std::size_t i : order) stems.push_back(std::move(*located[i]));
   return stems;
 }
+
 }  // namespace globalmatch::detail

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -55,18 +56,16 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
                                           const terrain& ground, double tolerance, cylinder_options options,
                                           const execution& exec = {}) {
   constexpr std::size_t min_stems = 10;
-  std::vector<const stem_cylinder*> best;
-  for (const stem_cylinder& s : stems) best.push_back(&s);
-  std::stable_sort(best.begin(), best.end(),
-                   [](const auto* a, const auto* b) { return a->support.size() > b->support.size(); });
+  std::vector<std::uint32_t> best = by_decreasing_support(stems);
   best.resize(stems.size() / 4);
   options.taper_weight = 1;
   std::vector<std::optional<double>> relative_tapers(best.size());
   parallel_for(
       exec, "stem positions", best.size(),
       [&](std::size_t i) {
-        const auto above = above_root_flare(*best[i], points, ground);
-        if (const auto fit = refine_cylinder(best[i]->cylinder, above, tolerance, options))
+        const stem_cylinder& stem = stems[best[i]];
+        const auto above = above_root_flare(stem, points, ground);
+        if (const auto fit = refine_cylinder(stem.cylinder, above, tolerance, options))
           relative_tapers[i] = fit->taper / fit->radius;
       },
       4);

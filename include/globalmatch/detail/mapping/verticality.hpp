@@ -117,6 +117,34 @@ class sums_by_height {
   std::vector<moments> sums_;
 };
 
+/// The surfaces through a stack of cells, [first, last) of one column: each takes as many cells around it as
+/// it needs. `window` lies about the column.
+inline void estimate_stack(const cell_columns& cells, cell_columns::cell_index first,
+                           cell_columns::cell_index last, const verticality_options& options,
+                           const column_window& window, sums_by_height& sums,
+                           std::vector<cell_surface>& surfaces) {
+  constexpr std::int32_t max_half_width = column_window::max_half_width;
+  sums.start(cells[first].height, cells[last - 1].height);
+  cell_columns::cell_index low = first, high = last;  // not known are some from `low` to before `high`
+  for (std::int32_t half_width = 1; half_width <= max_half_width && low < high; ++half_width) {
+    sums.widen(window, half_width, cells[low].height, cells[high - 1].height);
+    const double min_points = half_width == max_half_width ? 4 : options.min_neighbors;
+    const cell_columns::cell_index from = low, to = high;
+    low = to, high = from;
+    for (cell_columns::cell_index c = from; c < to; ++c) {
+      if (surfaces[c].half_width != 0) continue;
+      const moments sum = sums.around(cells[c].height, half_width);
+      if (sum.n < min_points) {
+        low = std::min(low, c), high = c + 1;
+        continue;
+      }
+      surfaces[c] = {static_cast<float>(sum.verticality()),
+                     static_cast<float>((2 * half_width + 1) * cells.width() / std::sqrt(sum.n)),
+                     static_cast<std::uint8_t>(half_width)};
+    }
+  }
+}
+
 /// Surface through each cell: through the points of the 27 cells around it, or of as many more as it takes to
 /// hold `min_neighbors`, up to three cells away. With cells of 5 cm these are the balls that [GM] takes, or
 /// nearly so, at a cost for each cell and not for each point. Linear in the points; parallel.
@@ -125,40 +153,21 @@ inline std::vector<cell_surface> estimate_surfaces(const cell_columns& cells,
                                                    const execution& exec = {}) {
   require_valid(options);
   using cell_index = cell_columns::cell_index;
-  constexpr std::int32_t max_half_width = column_window::max_half_width;
-  constexpr std::size_t rows_a_block = 32;
+  constexpr std::size_t max_half_width = column_window::max_half_width, rows_a_block = 32;
   std::vector<cell_surface> surfaces(cells.cells());
   parallel_chunks(exec, "verticality", cells.rows(), rows_a_block, [&](std::size_t begin, std::size_t end) {
     column_window window(cells);
-    sums_by_height sums(cells, begin - std::min(begin, std::size_t(max_half_width)),
-                        std::min(end + std::size_t(max_half_width), cells.rows()));
+    sums_by_height sums(cells, begin - std::min(begin, max_half_width),
+                        std::min(end + max_half_width, cells.rows()));
     for (std::size_t column = cells.columns_begin(begin); column < cells.columns_end(end - 1); ++column) {
       window.move_to(column);
       cell_index next = cells.cells_begin(column);
       while (next < cells.cells_end(column)) {
-        const cell_index first = next++;  // of a stack of cells
+        const cell_index first = next++;
         while (next < cells.cells_end(column) &&
-               cells[next].height - cells[next - 1].height <= max_half_width)
+               cells[next].height - cells[next - 1].height <= column_window::max_half_width)
           ++next;
-        sums.start(cells[first].height, cells[next - 1].height);
-        cell_index low = first, high = next;  // not known are some from `low` to before `high`
-        for (std::int32_t half_width = 1; half_width <= max_half_width && low < high; ++half_width) {
-          sums.widen(window, half_width, cells[low].height, cells[high - 1].height);
-          const double min_points = half_width == max_half_width ? 4 : options.min_neighbors;
-          const cell_index from = low, to = high;
-          low = to, high = from;
-          for (cell_index c = from; c < to; ++c) {
-            if (surfaces[c].half_width != 0) continue;
-            const moments sum = sums.around(cells[c].height, half_width);
-            if (sum.n < min_points) {
-              low = std::min(low, c), high = c + 1;
-              continue;
-            }
-            surfaces[c] = {static_cast<float>(sum.verticality()),
-                           static_cast<float>((2 * half_width + 1) * cells.width() / std::sqrt(sum.n)),
-                           static_cast<std::uint8_t>(half_width)};
-          }
-        }
+        estimate_stack(cells, first, next, options, window, sums, surfaces);
       }
     }
   });

@@ -11,25 +11,24 @@
 
 #include "globalmatch/detail/global_matching/consensus_finder.hpp"
 #include "globalmatch/detail/global_matching/consensus_search.hpp"
-#include "globalmatch/detail/matching/hypotheses.hpp"
-#include "globalmatch/execution.hpp"
+#include "globalmatch/detail/matching/verify.hpp"
 #include "globalmatch/global_matching.hpp"
 #include "globalmatch/local_matching.hpp"
 
 namespace globalmatch::detail {
 
 /// Distinct hypotheses, verified over all stems, best first: that of the largest consensus set, and those of
-/// the sets that promise most among the pairs it does not explain. `epsilon` in metres. `tested`
-/// receives the number of consensus sets that were counted.
+/// the sets that promise most among the pairs it does not explain. `epsilon` in metres. `tested` receives the
+/// number of consensus sets that were counted.
 inline std::vector<local_hypothesis> propose_by_consensus(const matching_context& context,
-                                                    std::span<const triangle_pair> pairs, double epsilon,
-                                                    const global_matching_options& options = {},
-                                                    const execution& exec = {},
-                                                    std::size_t* tested = nullptr) {
+                                                          std::span<const triangle_pair> pairs, double epsilon,
+                                                          const global_matching_options& options = {},
+                                                          std::size_t* tested = nullptr) {
   require_valid(options);
   if (pairs.empty()) return {};
-  const consensus_finder finder(context.source, context.target, context.horizontal, pairs, epsilon, exec);
-  const consensus_search search = largest_consensus(finder, options.sufficient, exec);
+  const consensus_finder finder(context.source, context.target, context.horizontal, pairs, epsilon,
+                                context.exec);
+  const consensus_search search = largest_consensus(finder, options.sufficient, context.exec);
   if (tested) *tested = search.visited;
   std::vector<local_hypothesis> hypotheses;
   const auto verify_seed = [&](std::size_t seed) {
@@ -39,14 +38,17 @@ inline std::vector<local_hypothesis> propose_by_consensus(const matching_context
     h->consensus = consensus.size();
     add_distinct(std::move(*h), hypotheses, context);
   };
+  const auto is_explained = [&](std::size_t seed) {
+    for (const local_hypothesis& h : hypotheses)
+      if (leads_to(correspondences_of(pairs[seed]), h, context)) return true;
+    return false;
+  };
   verify_seed(search.best.seed);
   int verified = 1;
   for (const std::uint32_t seed : search.order) {
     if (verified == options.max_seeds || hypotheses.size() == std::size_t(options.max_hypotheses)) break;
-    const auto explains = [&](const local_hypothesis& h) {
-      return leads_to(correspondences_of(pairs[seed]), h, context);
-    };
-    if (std::any_of(hypotheses.begin(), hypotheses.end(), explains)) continue;
+    poll_cancelled();
+    if (is_explained(seed)) continue;
     verify_seed(seed);
     ++verified;
   }

@@ -1,9 +1,10 @@
-// Verdict: is the best hypothesis to be trusted?
+// Decision: is the best hypothesis to be trusted?
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <initializer_list>
 #include <numbers>
 #include <span>
 #include <stdexcept>
@@ -16,6 +17,7 @@
 #include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/matching_options.hpp"
 #include "globalmatch/positions.hpp"
@@ -27,16 +29,16 @@ struct decision {
   std::string reason;  ///< names the step and the remedy; empty when registered
 };
 
-/// What tells a right hypothesis from a wrong one.
+/// What separates right hypotheses from wrong ones.
 struct decision_features {
   double log10_nfa = 0;  ///< of the best hypothesis
   double lead = 0;       ///< by how much that is below the next best one's
   double pairs = 0;      ///< stems that the best one pairs
 };
 
-/// The evidence of ranked hypotheses. A rival that is as bad as can be stands in for one that was not found.
+/// The features of ranked hypotheses. The worst possible alternative stands in for one that was not found.
 inline decision_features features_of(std::span<const local_hypothesis> hypotheses) {
-  constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing more is told
+  constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing changes
   if (hypotheses.empty()) return {max_log10_nfa, 0, 0};
   const double best = hypotheses[0].log10_nfa;
   const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_nfa - best : max_lead;
@@ -44,11 +46,11 @@ inline decision_features features_of(std::span<const local_hypothesis> hypothese
           double(hypotheses[0].correspondences.size())};
 }
 
-/// Probability that the best of ranked hypotheses, weighed against chance at one tolerance, lays the stems
-/// where they belong: a logistic regression on their evidence, fitted to pairs of made-up maps of which two
+/// Probability that the best of ranked hypotheses, scored at one threshold, is right: a logistic regression on
+/// their features, fitted to pairs of made-up maps of which two
 /// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
 /// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
-/// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where chance is not ruled out.
+/// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where it is not significant.
 inline double probability_of(std::span<const local_hypothesis> hypotheses, const decision_options& options = {}) {
   constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
                    pairs_coefficient = 0.773, max_if_insignificant = 0.99;
@@ -61,7 +63,7 @@ inline double probability_of(std::span<const local_hypothesis> hypotheses, const
   return not_significant ? std::min(probability, max_if_insignificant) : probability;
 }
 
-/// Standard deviation [m] of the paired source stems in plan, across the line they lie nearest to.
+/// Horizontal standard deviation [m] of the paired source stems, across the line that fits them best.
 inline double minor_axis_sigma(const local_hypothesis& h, const position_set& source) {
   vec2 mean = vec2{};
   for (const correspondence& c : h.correspondences) mean += source.at[c.source].xy();
@@ -116,50 +118,63 @@ inline double certain_tilt(const local_hypothesis& h, const matching_context& co
   return std::atan(std::max(0.0, length - deviations * doubt));
 }
 
-/// Whether the best hypothesis is to be trusted: enough stems, not in a line, more than chance explains, no
-/// rival that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are
-/// ranked, distinct, weighed against chance at one tolerance, and in the frames of `context`.
+/// Text of several parts.
+inline std::string text(std::initializer_list<std::string_view> parts) {
+  std::string result;
+  for (const std::string_view part : parts) result.append(part);
+  return result;
+}
+
+/// Why the stems that two maps have, or that the best hypothesis pairs, are too few; empty where they are not.
+inline std::string describe_few_stems(std::span<const local_hypothesis> hypotheses,
+                                      const matching_context& context, std::size_t minimum) {
+  const std::string needed = text({" stems, at least ", std::to_string(minimum), " are needed; "});
+  const char* const remedy = "scan a larger part of the plot, or look at where its stems were lost";
+  if (const std::size_t size = context.source.size(); size < minimum)
+    return text({"source: ", std::to_string(size), needed, remedy});
+  if (const std::size_t size = context.target.size(); size < minimum)
+    return text({"target: ", std::to_string(size), needed, remedy});
+  const std::size_t best = hypotheses.empty() ? 0 : hypotheses.front().correspondences.size();
+  if (best >= minimum) return {};
+  return text({"matching: the best transform pairs ", std::to_string(best), needed,
+               "the scans overlap too little or the tolerance is too small"});
+}
+
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, no alternative that
+/// explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked, distinct,
+/// scored at one threshold, and in the frames of `context`.
 inline decision decide(std::span<const local_hypothesis> hypotheses, const matching_context& context,
                        const decision_options& options = {}) {
   require_valid(options);
-  const position_set &source = context.source, &target = context.target;
   const auto minimum = std::size_t(options.min_correspondences);
-  const std::string needed = "at least " + std::to_string(minimum) + " are needed";
-  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (map->size() < minimum)
-      return {outcome::not_registered,
-              std::string(name) + ": " + std::to_string(map->size()) + " stems, " + needed +
-                  "; scan a larger part of the plot, or look at where its stems were lost"};
-  const std::size_t best = hypotheses.empty() ? 0 : hypotheses.front().correspondences.size();
-  if (best < minimum)
-    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
-                                         " stems, " + needed +
-                                         "; the scans overlap too little or the tolerance is too small"};
-  if (minor_axis_sigma(hypotheses.front(), source) < options.min_minor_axis_sigma)
-    return {outcome::not_registered,
-            "matching: the " + std::to_string(best) +
-                " paired stems lie in a line; scans with a wider overlap are needed"};
-  const double log10_nfa = hypotheses.front().log10_nfa;
+  if (std::string few = describe_few_stems(hypotheses, context, minimum); !few.empty())
+    return {outcome::not_registered, std::move(few)};
+  const local_hypothesis& best = hypotheses.front();
+  const std::string pairs = std::to_string(best.correspondences.size());
+  if (minor_axis_sigma(best, context.source) < options.min_minor_axis_sigma)
+    return {outcome::not_registered, text({"matching: the ", pairs,
+                                           " paired stems lie in a line; scans with a wider overlap are needed"})};
   const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
-  const bool not_significant = log10_nfa > std::log10(options.max_nfa);
-  // Rows explain every shift along themselves: so many stems are paired, and that tells nothing.
+  const bool not_significant = best.log10_nfa > std::log10(options.max_nfa);
+  // A plantation explains every shift along itself: so many stems are paired, and that is no evidence.
   const bool alternative_on_lattice =
-      not_significant && hypotheses.front().log10_nfa_poisson <= std::log10(options.max_nfa);
-  const bool alternative = second > 0 && hypotheses[1].log10_nfa <= options.alternative_share * log10_nfa;
+      not_significant && best.log10_nfa_poisson <= std::log10(options.max_nfa);
+  const bool alternative =
+      second > 0 && hypotheses[1].log10_nfa <= options.alternative_share * best.log10_nfa;
   if (alternative_on_lattice || (!not_significant && alternative))
-    return {outcome::ambiguous, "matching: the best transform pairs " + std::to_string(best) +
-                                    " stems and another one " + std::to_string(second) +
-                                    "; more overlap is needed to tell them apart"};
+    return {outcome::ambiguous,
+            text({"matching: the best transform pairs ", pairs, " stems and another one ",
+                  std::to_string(second), "; more overlap is needed to tell them apart"})};
   if (not_significant)
-    return {outcome::not_registered, "matching: the best transform pairs " + std::to_string(best) +
-                                         " stems, which chance explains; more overlap is needed"};
-  const double tilt = context.uses_heights() ? certain_tilt(hypotheses.front(), context) : 0;
+    return {outcome::not_registered, text({"matching: the best transform pairs ", pairs,
+                                           " stems, which chance explains; more overlap is needed"})};
+  const double tilt = context.uses_heights() ? certain_tilt(best, context) : 0;
   if (tilt > options.max_tilt)
     return {outcome::not_registered,
-            "matching: the heights of the " + std::to_string(best) + " paired stems slope by more than " +
-                std::to_string(int(tilt * 180 / std::numbers::pi)) +
-                " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
-                "heights are wrong, which can be ignored (horizontal)"};
+            text({"matching: the heights of the ", pairs, " paired stems slope by more than ",
+                  std::to_string(int(tilt * 180 / std::numbers::pi)),
+                  " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
+                  "heights are wrong, which can be ignored (horizontal)"})};
   return {outcome::registered, ""};
 }
 

@@ -1,77 +1,67 @@
-// Lattice residuals: wherever a stand in rows is laid on itself, its stems miss each other by as much as they
-// were planted off their places; where it belongs, only by as much as they were measured wrong. So do their
-// heights and radii. In: a motion that lays rows on rows. Out: the motions of the lattice onto itself that
-// fit best, and how many would fit as well by chance.
+// Lattice residuals: under a wrong shift of its lattice the stems of a regular plantation have residuals as large
+// as they were planted off their places; under the right one only as large as they were measured wrong. So have
+// their heights and radii. In: a transform that aligns the lattices. Out: the transforms of the lattice onto
+// itself that fit best, and how many would fit as well by chance.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <deque>
 #include <numbers>
 #include <optional>
-#include <set>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/rigid.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
-#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/evidence.hpp"
 #include "globalmatch/detail/matching/lattice_alignment.hpp"
 #include "globalmatch/detail/matching/planting_lattice.hpp"
 #include "globalmatch/detail/matching/residual_null_model.hpp"
-#include "globalmatch/matching.hpp"
+#include "globalmatch/detail/matching/verify.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
 
 namespace globalmatch::detail {
 
-/// What the pairs of a motion miss each other by; empty where nothing is known of it.
-struct stem_residuals {
-  std::vector<float> position;  ///< [m] as `matching_context::residual`
-  std::vector<float> height;    ///< [m] apart from what all have in common
-  std::vector<float> radius;    ///< [m] apart from what all have in common
-};
-
-/// How well stems fit under the motions of a lattice onto itself. Refers to the maps.
+/// How well stems fit under the transforms of a lattice onto itself. Refers to the maps.
 class lattice_residuals {
  public:
-  /// `lattice` is the lattice of the target, and `initial` lays the rows of the source on it. Cost: as many
-  /// motions as there are stems, or some more, of some hundreds of stems each; nothing is told in maps of so
-  /// many that this is more than some millions.
-  lattice_residuals(const matching_context& context, const lattice_shifts& lattice,
-                    const rigid& initial)
+  /// `lattice` is the lattice of the target, and `initial` aligns that of the source with it. Cost: as many
+  /// transforms as there are stems, or some more, of some hundreds of stems each; maps of so many that this is
+  /// more than some millions have no score.
+  lattice_residuals(const matching_context& context, const lattice_shifts& lattice, const rigid& initial)
       : context_(context), lattice_(lattice), step_((context.source.size() + enough - 1) / enough) {
     const vec3 pivot = central_position(initial);
-    for (const double turn : lattice.turns())
-      traverse(refined(rigid::turn_about(pivot, turn) * initial));
+    for (const double turn : lattice.turns()) traverse(refined(rigid::turn_about(pivot, turn) * initial));
     if (visited_ > max_visited || transforms_.size() < min_transforms) return;
-    position_model_ = residual_null_model(position_residuals_);
-    if (context.uses_heights()) height_model_ = residual_null_model(height_residuals_);
-    if (radii_are_known()) radius_model_ = residual_null_model(radius_residuals_);
+    for (kind& k : kinds_) k.null_model = residual_null_model(k.of_transforms);
   }
 
-  /// How probable it is that by chance the stems fit as well, in place, in height, in radius, or in all of
-  /// these together (Fisher's combination), times the motions of the lattice onto itself. What chance does is
-  /// what these motions do. 0 where too little is known.
+  /// NFA: the probability that by chance the stems fit as well, in position, in height, in radius, or in all
+  /// of these together (Fisher's combination), times the transforms of the lattice onto itself. 0 where too
+  /// little is known.
   evidence_score score(const rigid& target_from_source) const {
-    return score(residuals_of(target_from_source, pair_nearest(target_from_source)));
+    std::vector<float> residuals[kind_count];
+    find_residuals(target_from_source, pair_nearest(target_from_source), residuals);
+    return score(residuals[0], residuals[1], residuals[2]);
   }
 
-  /// Hypotheses of the motions that fit best, at most `maximum`, verified over all stems as far as these
-  /// stand on the lattice, not weighed.
+  /// Hypotheses of the transforms that fit best, at most `maximum`, verified over all stems as far as these are
+  /// on the lattice, not scored.
   std::vector<local_hypothesis> propose(std::size_t maximum) const {
-    std::vector<std::pair<double, std::size_t>> order;
-    for (std::size_t i = 0; position_model_.is_known() && i < transforms_.size(); ++i)
-      order.push_back(
-          {score({position_residuals_[i], height_residuals_[i], radius_residuals_[i]}).log10_nfa, i});
-    const auto last = order.begin() + std::ptrdiff_t(std::min(maximum, order.size()));
-    std::partial_sort(order.begin(), last, order.end());
+    std::vector<keyed> order;
+    for (std::size_t i = 0; kinds_[0].null_model.is_known() && i < transforms_.size(); ++i) {
+      poll_cancelled();
+      const auto of = [&](int k) -> std::span<const float> { return kinds_[k].of_transforms[i]; };
+      order.push_back({key_of(score(of(0), of(1), of(2)).log10_nfa + 0.0), i});
+    }
+    keep_first(order, maximum);
     std::vector<local_hypothesis> proposed;
-    for (auto o = order.begin(); o != last; ++o)
-      if (auto h = verify(context_, context_.pair_stems(transforms_[o->second], lattice_.search_radius()),
-                          lattice_.search_radius()))
+    const double search_radius = lattice_.search_radius();
+    for (const keyed& best : order)
+      if (auto h = verify(context_, context_.pair_stems(transforms_[best.value], search_radius), search_radius))
         proposed.push_back(std::move(*h));
     return proposed;
   }
@@ -79,19 +69,28 @@ class lattice_residuals {
  private:
   static constexpr std::size_t enough = 512;  // source stems
   static constexpr std::size_t max_visited = 16'000'000, min_transforms = 20;
+  static constexpr int kind_count = 3;
+
+  /// One kind of residual, of each transform of the lattice onto itself; none where nothing is known of it.
+  struct kind {
+    evidence_source source;
+    std::vector<std::vector<float>> of_transforms = {};  ///< [m]
+    residual_null_model null_model = {};
+  };
 
   bool radii_are_known() const { return !context_.source.radius.empty() && !context_.target.radius.empty(); }
 
-  /// Source stems, some of many, with the target stems nearest in plan to where they are laid, which may be
-  /// shared. In 4-DoF heights do not choose: they are to tell something.
+  /// Source stems, some of many, with the target stems nearest horizontally, which may be shared. In 4-DoF
+  /// heights do not exclude: they are evidence.
   std::vector<correspondence> pair_nearest(const rigid& target_from_source) const {
     std::vector<correspondence> pairs;
+    const double search_radius = lattice_.search_radius();
     for (stem_index s = 0; s < context_.source.size(); s += static_cast<stem_index>(step_)) {
       const vec3 transformed = target_from_source * context_.source.at[s];
-      double nearest = lattice_.search_radius();
+      double nearest = search_radius;
       std::optional<stem_index> paired;
       context_.target_index->for_each_within(
-          transformed.x, transformed.y, lattice_.search_radius(), [&](stem_index t, double) {
+          transformed.x, transformed.y, search_radius, [&](stem_index t, double) {
             const double distance =
                 stem_distance(transformed, context_.target.at[t], context_.horizontal_distances());
             if (distance >= nearest) return;
@@ -103,105 +102,112 @@ class lattice_residuals {
     return pairs;
   }
 
-  stem_residuals residuals_of(const rigid& target_from_source,
-                              std::span<const correspondence> pairs) const {
-    stem_residuals residuals;
+  /// Of positions, and of heights and radii less what all have in common.
+  void find_residuals(const rigid& target_from_source, std::span<const correspondence> pairs,
+                      std::vector<float> (&residuals)[kind_count]) const {
     std::vector<double> vertical_offsets, radius_differences;
     for (const auto& [s, t] : pairs) {
-      residuals.position.push_back(float(context_.residual(target_from_source, {s, t})));
+      residuals[0].push_back(float(context_.residual(target_from_source, {s, t})));
       if (context_.uses_heights())
-        vertical_offsets.push_back(context_.target.at[t].z -
-                                   (target_from_source * context_.source.at[s]).z);
+        vertical_offsets.push_back(context_.target.at[t].z - (target_from_source * context_.source.at[s]).z);
       if (radii_are_known() && context_.source.radius[s] > 0 && context_.target.radius[t] > 0)
         radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
     }
-    residuals.height = deviations_from_median(vertical_offsets);
-    residuals.radius = deviations_from_median(radius_differences);
-    return residuals;
+    residuals[1] = deviations_from_median(vertical_offsets);
+    residuals[2] = deviations_from_median(radius_differences);
   }
 
   static std::vector<float> deviations_from_median(const std::vector<double>& values) {
-    auto reordered = values;
+    std::vector<double> reordered = values;
     const double middle = median(reordered);
     std::vector<float> off;
     for (const double value : values) off.push_back(float(std::abs(value - middle)));
     return off;
   }
 
-  /// A target stem amid those that the source is laid on: turned about it the maps still overlap.
+  /// A target stem amid those that source stems are near: turned about it the maps still overlap.
   vec3 central_position(const rigid& initial) const {
     position_set paired;
     for (const correspondence& c : pair_nearest(initial)) paired.at.push_back(context_.target.at[c.target]);
     return paired.at.empty() ? context_.target.at.front() : central_stem(paired);
   }
 
-  /// A motion fitted to the stems it pairs until these stand: the lattice tells its yaw to some degrees only.
+  std::optional<rigid> fit(std::span<const correspondence> pairs) const {
+    return pairs.size() < residual_null_model::min_pairs ? std::nullopt : context_.fit(pairs);
+  }
+
+  /// A transform fitted to the stems it pairs until convergence: the lattice gives its yaw to some degrees only.
   rigid refined(rigid transform) const {
     constexpr int max_iterations = 20;
     std::vector<correspondence> before;
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
-      const auto pairs = pair_nearest(transform);
-      const auto fitted = pairs.size() < residual_null_model::min_pairs || pairs == before
-                              ? std::nullopt
-                              : context_.fit(pairs);
+      poll_cancelled();
+      auto pairs = pair_nearest(transform);
+      if (pairs == before) break;
+      const auto fitted = fit(pairs);
       if (!fitted) break;
       transform = *fitted;
-      before = pairs;
+      before = std::move(pairs);
     }
     return transform;
   }
 
-  /// Walks along the lattice, one place after the other, as far as enough stems meet. Each motion is fitted,
+  /// A place of the lattice, in steps along both shifts, and a transform that is near the one there.
+  struct place {
+    std::int32_t i, j;
+    rigid near;
+    std::uint64_t key() const { return key_of(std::uint32_t(i), std::uint32_t(j)); }
+  };
+
+  /// Walks along the lattice, one place after the other, as far as enough stems match. Each transform is fitted,
   /// so that neither the lattice nor the yaw need be known well enough for places far away.
   void traverse(const rigid& start) {
-    using place = std::array<int, 2>;
-    std::set<place> seen = {{0, 0}};
-    std::deque<std::pair<place, rigid>> ahead = {{{0, 0}, start}};
-    for (; !ahead.empty() && visited_ <= max_visited; ahead.pop_front()) {
-      context_.poll_cancelled();
+    std::vector<place> ahead = {{0, 0, start}};
+    std::vector<std::uint64_t> seen = {ahead[0].key()};  // increasing
+    for (std::size_t next = 0; next < ahead.size() && visited_ <= max_visited; ++next) {
+      poll_cancelled();
       visited_ += context_.source.size() / step_;
-      const auto [at, near] = ahead.front();
-      const auto pairs = pair_nearest(near);
-      const auto transform =
-          pairs.size() < residual_null_model::min_pairs ? std::nullopt : context_.fit(pairs);
+      const place at = ahead[next];
+      const auto pairs = pair_nearest(at.near);
+      const auto transform = fit(pairs);
       if (!transform) continue;
-      stem_residuals residuals = residuals_of(*transform, pairs);
-      transforms_.push_back(*transform);
-      position_residuals_.push_back(std::move(residuals.position));
-      height_residuals_.push_back(std::move(residuals.height));
-      radius_residuals_.push_back(std::move(residuals.radius));
-      for (const place step : {place{1, 0}, place{-1, 0}, place{0, 1}, place{0, -1}}) {
-        const place next = {at[0] + step[0], at[1] + step[1]};
-        if (!seen.insert(next).second) continue;
-        const vec2 shift = step[0] * lattice_.first + step[1] * lattice_.second;
-        ahead.push_back({next, shifted_after(*transform, {shift.x, shift.y, 0})});
+      remember(*transform, pairs);
+      for (const vec2 step : {vec2{1, 0}, vec2{-1, 0}, vec2{0, 1}, vec2{0, -1}}) {
+        const vec2 shift = step.x * lattice_.first + step.y * lattice_.second;
+        const place beside{at.i + int(step.x), at.j + int(step.y),
+                           shifted_after(*transform, {shift.x, shift.y, 0})};
+        const auto known = std::lower_bound(seen.begin(), seen.end(), beside.key());
+        if (known != seen.end() && *known == beside.key()) continue;
+        seen.insert(known, beside.key());
+        ahead.push_back(beside);
       }
     }
   }
 
-  evidence_score score(const stem_residuals& residuals) const {
-    // Fits take some of the scatter away: of a motion, of what all heights and all radii have in common.
+  void remember(const rigid& transform, std::span<const correspondence> pairs) {
+    std::vector<float> residuals[kind_count];
+    find_residuals(transform, pairs, residuals);
+    transforms_.push_back(transform);
+    for (int k = 0; k < kind_count; ++k) kinds_[k].of_transforms.push_back(std::move(residuals[k]));
+  }
+
+  evidence_score score(std::span<const float> positions, std::span<const float> heights,
+                       std::span<const float> radii) const {
+    // Fits take some of the noise away: of a transform, of what all heights and all radii have in common.
     const double by_transform = context_.horizontal_distances() ? 3.0 / 2 : 6.0 / 3, by_middle = 1;
-    struct known {
-      evidence_source by;
-      const residual_null_model& null_model;
-      const std::vector<float>& residuals;
-      double fitted;
-    };
-    const known all[] = {{evidence_source::residuals, position_model_, residuals.position, by_transform},
-                         {evidence_source::heights, height_model_, residuals.height, by_middle},
-                         {evidence_source::radii, radius_model_, residuals.radius, by_middle}};
+    const std::span<const float> residuals[kind_count] = {positions, heights, radii};
     evidence_score best{0, evidence_source::residuals};
     double minimum = 0, product = 0;
     int asked = 0;
-    for (const known& k : all) {
-      if (!k.null_model.is_known()) continue;
-      const double null_model = k.null_model.log_probability(k.residuals, k.fitted);
-      product += null_model;
+    for (int k = 0; k < kind_count; ++k) {
+      if (!kinds_[k].null_model.is_known()) continue;
+      const double log_probability =
+          kinds_[k].null_model.log_probability(residuals[k], k == 0 ? by_transform : by_middle);
+      product += log_probability;
       ++asked;
-      if (null_model >= minimum) continue;
-      minimum = null_model;
-      best.evidence = k.by;
+      if (log_probability >= minimum) continue;
+      minimum = log_probability;
+      best.source = kinds_[k].source;
     }
     if (asked == 0) return best;
     const double tests = asked > 1 ? asked + 1 : 1;  // each alone, and all together
@@ -212,12 +218,11 @@ class lattice_residuals {
 
   const matching_context& context_;
   lattice_shifts lattice_;
-  std::size_t step_;         // from one source stem that is looked at to the next
-  std::size_t visited_ = 0;  // stems
-  // Motions of the lattice onto itself, and what is left between stems under each.
-  std::vector<rigid> transforms_;
-  std::vector<std::vector<float>> position_residuals_, height_residuals_, radius_residuals_;  // [m]
-  residual_null_model position_model_, height_model_, radius_model_;
+  std::size_t step_;               // from one source stem that is looked at to the next
+  std::size_t visited_ = 0;        // stems
+  std::vector<rigid> transforms_;  // of the lattice onto itself
+  kind kinds_[kind_count] = {
+      {evidence_source::residuals}, {evidence_source::heights}, {evidence_source::radii}};
 };
 
 }  // namespace globalmatch::detail

@@ -1,5 +1,5 @@
-// Misfits by chance: what paired stems miss each other by, in place, height or radius, when they are not one
-// stem. In: residuals under many motions, hardly any of which is right. Out: how improbable it is that pairs
+// Null model of residuals, of positions, heights or radii: those of stems that were paired though they are not
+// one. In: residuals under many transforms, hardly any of which is right. Out: how improbable it is that pairs
 // fit as well as they do.
 #pragma once
 
@@ -13,26 +13,26 @@
 
 namespace globalmatch::detail {
 
-/// What chance makes of residuals, whatever they are like.
+/// Learnt from residuals, whatever their distribution.
 class residual_null_model {
  public:
   residual_null_model() = default;
 
-  /// Learns from the residuals under each of several motions. Cost: linear in them.
+  /// Learns from the residuals under each of several transforms. Cost: linear in them.
   explicit residual_null_model(std::span<const std::vector<float>> of_transforms) {
-    constexpr std::size_t enough = 4096;  // residuals that tell how others compare
+    constexpr std::size_t enough = 4096;  // residuals that others are compared with
     std::size_t all = 0, passed = 0;
     for (const auto& residuals : of_transforms) all += residuals.size();
     const std::size_t step = (all + enough - 1) / enough;
     for (const auto& residuals : of_transforms)
       for (const float residual : residuals)
-        if (passed++ % step == 0) known_.push_back(residual);
-    std::sort(known_.begin(), known_.end());
+        if (passed++ % step == 0) known_.push_back(double(residual));
+    sort_numbers(known_);
     std::vector<double> factors, shares;
     for (const auto& residuals : of_transforms) {
       if (residuals.size() < min_pairs) continue;
-      const double pairs = double(residuals.size());
-      const double variance = std::pow(surprisal_of(residuals) - pairs, 2) / median_of_chi_squared;
+      const double pairs = double(residuals.size()), off = surprisal_of(residuals) - pairs;
+      const double variance = off * off / median_of_chi_squared;
       factors.push_back(variance / pairs);
       shares.push_back((variance - pairs) / (pairs * pairs));
     }
@@ -44,11 +44,11 @@ class residual_null_model {
   /// Whether there was something to learn from.
   bool is_known() const { return factor_ > 0; }
 
-  /// Natural logarithm of the probability that by chance pairs fit as well. The residual of a pair is worth
-  /// the logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
-  /// whatever the residuals are like, and wider by as much as the sums of the known motions are, where stems
-  /// near each other fit or miss together. `fitted` pairs' worth of scatter was taken away by a fit to these
-  /// pairs. 0 for fewer than a dozen pairs.
+  /// Natural logarithm of the probability that by chance pairs fit as well. A residual counts by the logarithm
+  /// of the share of all residuals that are larger; the sum over the pairs is gamma distributed whatever the
+  /// residuals are like, and wider by as much as the sums of the known transforms are, where stems near each
+  /// other fit together or not. `fitted` pairs' worth of noise was taken away by a fit to these pairs. 0 for
+  /// fewer than a dozen pairs.
   double log_probability(std::span<const float> residuals, double fitted) const {
     const double pairs = double(residuals.size());
     if (!is_known() || residuals.size() < min_pairs) return 0;
@@ -61,14 +61,15 @@ class residual_null_model {
  private:
   static constexpr double median_of_chi_squared = 0.455;  // of one degree of freedom
 
-  /// By chance as much as there are residuals, on average: the sum of how few of those known are smaller.
+  /// By chance as much as there are residuals, on average: the sum of -log of the shares that are smaller.
   double surprisal_of(std::span<const float> residuals) const {
     // Among equals a residual counts as their mean: that of -log(u) over their shares u.
     const auto integral = [](double u) { return u > 0 ? u - u * std::log(u) : 0; };
     const double all = double(known_.size()) + 1;
     double sum = 0;
     for (const float residual : residuals) {
-      const auto [equal, larger] = std::equal_range(known_.begin(), known_.end(), residual);
+      const auto equal = std::lower_bound(known_.begin(), known_.end(), double(residual));
+      const auto larger = std::upper_bound(known_.begin(), known_.end(), double(residual));
       const double above = double(known_.end() - larger) / all;
       const double not_below = (double(known_.end() - equal) + 1) / all;
       sum += (integral(not_below) - integral(above)) / (not_below - above);
@@ -76,9 +77,9 @@ class residual_null_model {
     return sum;
   }
 
-  std::vector<float> known_;  // residuals, increasing
-  double factor_ = 0,
-         share_ = 0;  // variance of a sum over that of independent pairs; of pairs that go together
+  std::vector<double> known_;  // residuals, increasing
+  double factor_ = 0;          // variance of a sum over that of independent pairs
+  double share_ = 0;           // of pairs that go together
 };
 
 }  // namespace globalmatch::detail

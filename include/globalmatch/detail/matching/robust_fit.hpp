@@ -1,5 +1,5 @@
-// Robust re-estimation: the motion of a hypothesis from all its pairs, weighed by how certain the stems are
-// and by how well they fit, until it stands.
+// Robust refit: the transform of a hypothesis from all its pairs, weighted by how certain the stems are and by
+// how well they fit, until convergence.
 #pragma once
 
 #include <algorithm>
@@ -11,11 +11,13 @@
 
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/matching.hpp"
-#include "globalmatch/points.hpp"
-#include "globalmatch/positions.hpp"
 
 namespace globalmatch::detail {
+
+/// Pairs that a robust fit needs: fewer do not determine their noise.
+inline constexpr std::size_t min_robust_pairs = 6;
 
 /// Variance [m^2] of each coordinate of the residual of a pair, as the caller knows the stems.
 inline double known_variance(const matching_context& context, const correspondence& c) {
@@ -25,15 +27,14 @@ inline double known_variance(const matching_context& context, const corresponden
   return of(context.source, c.source) + of(context.target, c.target);
 }
 
-/// Variance [m^2] of each coordinate of the residuals, from their median, which some wrong pairs do not move.
+/// Variance [m^2] of each coordinate of the residuals, from their median, which some wrong pairs do not change.
 inline double observed_variance(const matching_context& context, const local_hypothesis& h) {
   const std::size_t dimensions = context.horizontal_distances() ? 2 : 3,
                     unknowns = context.horizontal_distances() ? 3 : 6;
   const double median_of_chi_squared = context.horizontal_distances() ? 1.386 : 2.366;
   const std::size_t coordinates = dimensions * h.correspondences.size();
-  std::vector<double> squares;
-  for (const correspondence& c : h.correspondences)
-    squares.push_back(std::pow(context.residual(h.target_from_source, c), 2));
+  std::vector<double> squares = context.residuals(h.target_from_source, h.correspondences);
+  for (double& r : squares) r *= r;
   const double fitted = double(coordinates) / double(coordinates - std::min(coordinates - 1, unknowns));
   return fitted * median(squares) / median_of_chi_squared;
 }
@@ -43,90 +44,84 @@ inline double observed_variance(const matching_context& context, const local_hyp
 inline double threshold_from_residuals(const matching_context& context, const local_hypothesis& h,
                                        std::span<const double> thresholds) {
   constexpr double deviations = 3;
-  const double required_threshold = deviations * std::sqrt(observed_variance(context, h));
-  const auto wide_enough = std::find_if(thresholds.begin(), thresholds.end(), [&](double inlier_threshold) {
-    return inlier_threshold >= required_threshold;
-  });
-  if (thresholds.empty()) return h.inlier_threshold;
-  return wide_enough == thresholds.end() ? thresholds.back() : *wide_enough;
+  const double required = deviations * std::sqrt(observed_variance(context, h));
+  for (const double inlier_threshold : thresholds)
+    if (inlier_threshold >= required) return inlier_threshold;
+  return thresholds.empty() ? h.inlier_threshold : thresholds.back();
 }
 
-/// What the known variances leave of it unexplained, as in a model of random effects.
+/// What the known variances leave unexplained of the observed one [m^2], as in a model of random effects.
 inline double unknown_variance(const matching_context& context, const local_hypothesis& h) {
-  std::vector<double> known;
-  for (const correspondence& c : h.correspondences) known.push_back(known_variance(context, c));
   // No pair is much more certain than all of them look, and the weights of perfect maps are finite.
   constexpr double min_share = 0.1, minimum = 1e-6;  // [m]
-  const double observed = observed_variance(context, h);
-  return std::max({minimum * minimum, min_share * observed, observed - median(known)});
+  std::vector<double> known;
+  for (const correspondence& c : h.correspondences) known.push_back(known_variance(context, c));
+  const double observed = observed_variance(context, h), least = std::max(minimum * minimum, min_share * observed);
+  const double rest = observed - median(known);
+  return least < rest ? rest : least;
 }
 
-/// Of each pair: the inverse of its variance, less the further it is off, 0 for one that cannot belong to the
-/// rest: Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2), with the usual constant.
+/// Of each pair: the inverse of its variance, less the larger its residual is, 0 for one that cannot belong to
+/// the rest: Beaton and Tukey 1974, The fitting of power series, Technometrics 16(2), with the usual constant.
 inline std::vector<double> robust_weights(const matching_context& context, const local_hypothesis& h,
                                           double unknown) {
   constexpr double tukey_constant = 4.685;  // standard deviations
-  std::vector<double> weights;
-  weights.reserve(h.correspondences.size());
-  for (const correspondence& c : h.correspondences) {
-    const double variance = known_variance(context, c) + unknown;
-    const double off =
-        std::pow(context.residual(h.target_from_source, c), 2) / (variance * tukey_constant * tukey_constant);
-    weights.push_back(off < 1 ? std::pow(1 - off, 2) / variance : 0);
+  std::vector<double> weights = context.residuals(h.target_from_source, h.correspondences);
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    const double variance = known_variance(context, h.correspondences[i]) + unknown;
+    const double off = weights[i] * weights[i] / (variance * tukey_constant * tukey_constant);
+    weights[i] = off < 1 ? (1 - off) * (1 - off) / variance : 0;
   }
   return weights;
 }
 
-/// Fits the motion to the pairs with weights that follow it, until it moves none of them by more than
+/// Fits the transform to the pairs with weights that follow it, until it moves none of them by more than
 /// `convergence_threshold` [m]. Returns whether it had to move.
 inline bool reweight_and_fit(local_hypothesis& h, const matching_context& context, double unknown,
                              double convergence_threshold) {
   constexpr int max_iterations = 20;
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    poll_cancelled();
     const auto transform = context.fit(h.correspondences, robust_weights(context, h, unknown));
     if (!transform) return false;
     double max_displacement = 0;
-    for (const correspondence& c : h.correspondences) {
-      const vec3& p = context.source.at[c.source];
-      max_displacement = std::max(max_displacement, stem_distance(*transform * p, h.target_from_source * p,
-                                                                  context.horizontal_distances()));
-    }
+    for (const correspondence& c : h.correspondences)
+      max_displacement =
+          std::max(max_displacement, context.displacement(*transform, h.target_from_source, c.source));
     h.target_from_source = *transform;
     if (max_displacement < convergence_threshold) return iteration > 0;
   }
   return true;
 }
 
-/// Fits the motion of a hypothesis anew and pairs all stems under it at its tolerance, until it stands: stems
-/// count as much as `position_sigma` makes them certain, and pairs that fit badly count less. The scatter is
-/// that of the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six
-/// pairs tell no scatter and stay as they are. In 4-DoF weights are of distances in plan, and the height
-/// stays the median of what the pairs ask for. Cost: linear in the stems.
+/// Refits the transform of a hypothesis and re-pairs all stems at its threshold, until convergence: stems count
+/// as much as `position_sigma` makes them certain, and pairs that fit badly count less. The noise is that of
+/// the hypothesis as given, so that it cannot shrink onto a few pairs. Hypotheses of fewer than six pairs stay
+/// as they are. In 4-DoF weights are of horizontal distances, and the height stays the median of what the
+/// pairs ask for. Cost: linear in the stems.
 inline void fit_robustly(local_hypothesis& h, const matching_context& context) {
-  constexpr std::size_t minimum = 6;
   constexpr int max_iterations = 10;
-  constexpr double relative_convergence_threshold = 0.01;  // of the tolerance
-  if (h.correspondences.size() < minimum) return;
+  constexpr double relative_convergence_threshold = 0.01;  // of the inlier threshold
+  if (h.correspondences.size() < min_robust_pairs) return;
   const double unknown = unknown_variance(context, h);
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     local_hypothesis fitted = h;
     const bool has_moved =
         reweight_and_fit(fitted, context, unknown, relative_convergence_threshold * h.inlier_threshold);
     fitted.correspondences = context.pair_stems(fitted.target_from_source, h.inlier_threshold);
-    if (fitted.correspondences.size() < minimum) return;
+    if (fitted.correspondences.size() < min_robust_pairs) return;
     fitted.rms = context.rms(fitted.target_from_source, fitted.correspondences);
     h = std::move(fitted);
     if (!has_moved) return;
   }
 }
 
-/// Pairs stems also beyond the tolerance at which chance explains least, which leaves out one true pair in
-/// ten or more: within the first of `thresholds` [m], increasing, that three standard deviations of the
-/// residuals do not exceed; then fits robustly. What chance makes of the hypothesis is left as it was judged.
+/// Pairs stems also beyond the threshold of the smallest NFA, which leaves out one true pair in ten or more:
+/// within the first of `thresholds` [m], increasing, that three standard deviations of the residuals do not
+/// exceed; then fits robustly. The NFA stays what it was.
 inline void complete_pairs(local_hypothesis& h, const matching_context& context,
                            std::span<const double> thresholds) {
-  constexpr std::size_t minimum = 6;
-  if (h.correspondences.size() < minimum) return;
+  if (h.correspondences.size() < min_robust_pairs) return;
   local_hypothesis wider = h;
   wider.inlier_threshold = std::max(h.inlier_threshold, threshold_from_residuals(context, h, thresholds));
   if (wider.inlier_threshold > h.inlier_threshold) {

@@ -1,5 +1,5 @@
-// The local triangles of a stem map, findable by their edge lengths, as star trackers find theirs. In: stem
-// positions. Out: for a triangle those that look alike. Cost: linear in the stems for the index, and
+// The local triangles of a stem map, found by their edge lengths, as star trackers find theirs. In: stem
+// positions. Out: for a triangle the congruent ones. Cost: linear in the stems for the index, and
 // independent of them for each query.
 #pragma once
 
@@ -14,7 +14,7 @@
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/core/wrapped_grid.hpp"
+#include "globalmatch/detail/core/triangle_grid.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
@@ -22,12 +22,12 @@
 
 namespace globalmatch::detail {
 
-/// Vertices of triangles, found by their edge lengths [m].
-using triangle_grid = wrapped_grid<float, 3, std::array<stem_index, 3>>;
+/// Stems around a stem that make triangles with it in small maps ([GM] 3.2.1: K = 20).
+inline constexpr std::size_t exhaustive_neighbors = 20;
 
-/// For every `step`th stem its `count` nearest in plan, by (distance, index), in one flat array; fewer when
+/// For every `step`th stem its `count` horizontally nearest, by (distance, index), in one flat array; fewer when
 /// the map has fewer. Parallel.
-inline std::vector<stem_index> nearest_stems(const position_index& stems, std::size_t count,
+inline std::vector<stem_index> nearest_of_all(const position_index& stems, std::size_t count,
                                              const execution& exec = {}, std::size_t step = 1) {
   count = std::min(count, stems.size() - std::min<std::size_t>(stems.size(), 1));
   const std::size_t asking = (stems.size() + step - 1) / step;
@@ -42,7 +42,7 @@ inline std::vector<stem_index> nearest_stems(const position_index& stems, std::s
   return nearest;
 }
 
-/// The triangles that stems of a map make with two of their nearest stems, findable by edge lengths.
+/// The triangles that stems of a map make with two of their nearest stems, found by edge lengths.
 class triangle_index {
  public:
   triangle_index() = default;
@@ -51,7 +51,7 @@ class triangle_index {
   triangle_index(const position_set& stems, const position_index& index, bool horizontal,
                  std::size_t neighbors, const execution& exec = {}, std::size_t step = 1) {
     step = std::max<std::size_t>(step, 1);
-    const auto nearest = nearest_stems(index, neighbors, exec, step);
+    const auto nearest = nearest_of_all(index, neighbors, exec, step);
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;

@@ -47,74 +47,93 @@ inline void fill_from_nearest(std::vector<float>& values, int columns, int rows)
     });
 }
 
+/// A cloth that falls on ground turned upside down: particles fall under gravity, stay where they meet the
+/// ground, and pull on their neighbours.
+class falling_cloth {
+ public:
+  /// `ground`: heights [m] upside down, row by row.
+  falling_cloth(std::vector<float> ground, int columns, int rows, const cloth_options& options)
+      : ground_(std::move(ground)),
+        columns_(columns),
+        rows_(rows),
+        rigidness_(options.rigidness),
+        fall_(float(options.gravity * options.time_step * options.time_step)),
+        heights_(ground_.size(), *std::max_element(ground_.begin(), ground_.end())),
+        before_(heights_),
+        fixed_(ground_.size(), 0) {}
+
+  /// One unit of time; returns by how far a particle moved at most [m].
+  float step() {
+    for (std::size_t i = 0; i < heights_.size(); ++i) {
+      if (fixed_[i]) continue;
+      const float now = heights_[i];
+      heights_[i] += (now - before_[i]) - fall_;  // Verlet integration, [CSF] Eq. (4)
+      before_[i] = now;
+    }
+    for (int pass = 0; pass < rigidness_; ++pass)
+      for (std::size_t i = 0; i < heights_.size(); ++i) {
+        if ((i + 1) % std::size_t(columns_) != 0) pull(i, i + 1);
+        if (i + std::size_t(columns_) < heights_.size()) pull(i, i + std::size_t(columns_));
+      }
+    float max_displacement = 0;
+    for (std::size_t i = 0; i < heights_.size(); ++i) {
+      if (fixed_[i]) continue;
+      if (heights_[i] <= ground_[i]) {
+        heights_[i] = ground_[i];
+        fixed_[i] = 1;
+      }
+      max_displacement = std::max(max_displacement, std::abs(heights_[i] - before_[i]));
+    }
+    return max_displacement;
+  }
+
+  /// Slope post-processing: steep ground holds up the cloth's edge, so contact spreads from resting particles
+  /// to neighbours whose ground lies within `slope_step` [m].
+  void spread_contact(double slope_step) {
+    std::vector<std::size_t> contact;
+    for (std::size_t i = 0; i < heights_.size(); ++i)
+      if (fixed_[i]) contact.push_back(i);
+    for (std::size_t k = 0; k < contact.size(); ++k)
+      for_each_edge_neighbor(contact[k], columns_, rows_, [&](std::size_t j) {
+        if (fixed_[j] || std::abs(ground_[j] - ground_[contact[k]]) > slope_step) return;
+        heights_[j] = ground_[j];
+        fixed_[j] = 1;
+        contact.push_back(j);
+      });
+  }
+
+  const std::vector<float>& heights() const { return heights_; }
+
+ private:
+  void pull(std::size_t i, std::size_t j) {
+    const float difference = heights_[j] - heights_[i];
+    const float share = !fixed_[i] && !fixed_[j] ? 0.25f : 0.5f;
+    if (!fixed_[i]) heights_[i] += difference * share;
+    if (!fixed_[j]) heights_[j] -= difference * share;
+  }
+
+  std::vector<float> ground_;
+  int columns_, rows_, rigidness_;
+  float fall_;  // [m] in the first unit of time
+  std::vector<float> heights_, before_;
+  std::vector<std::uint8_t> fixed_;
+};
+
 /// Lays a cloth under the ground. `lowest` holds a height per cell [m], row by row, NaN where there is none;
-/// at least one is needed. Seen upside down the ground is what the cloth falls on and the trees hang below
-/// it: particles fall under gravity, stay where they meet the ground, and pull on their neighbours.
+/// at least one is needed.
 inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
                             const cloth_options& options = {}, const execution& exec = {}) {
   fill_from_nearest(lowest, columns, rows);
-  // From here on all heights are upside down.
   for (float& z : lowest) z = -z;
-  const std::vector<float>& ground = lowest;
-  std::vector<float> height(ground.size(), *std::max_element(ground.begin(), ground.end()));
-  std::vector<float> before = height;
-  std::vector<std::uint8_t> fixed(ground.size(), 0);
-  const auto fall = static_cast<float>(options.gravity * options.time_step * options.time_step);
-
-  const auto collide = [&](std::size_t i) {
-    if (height[i] > ground[i]) return;
-    height[i] = ground[i];
-    fixed[i] = 1;
-  };
-  const auto pull = [&](std::size_t i, std::size_t j) {
-    const float difference = height[j] - height[i];
-    if (!fixed[i] && !fixed[j]) {
-      height[i] += difference / 4;
-      height[j] -= difference / 4;
-    } else if (!fixed[i]) {
-      height[i] += difference / 2;
-    } else if (!fixed[j]) {
-      height[j] -= difference / 2;
-    }
-  };
-
+  falling_cloth falling(std::move(lowest), columns, rows, options);
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
     if (iteration % 16 == 0) report_progress(exec, "ground", double(iteration) / options.max_iterations);
-    float max_displacement = 0;
-    for (std::size_t i = 0; i < height.size(); ++i) {
-      if (fixed[i]) continue;
-      const float now = height[i];
-      height[i] += (now - before[i]) - fall;  // Verlet integration, [CSF] Eq. (4)
-      before[i] = now;
-    }
-    for (int pass = 0; pass < options.rigidness; ++pass)
-      for (int r = 0; r < rows; ++r)
-        for (int c = 0; c < columns; ++c) {
-          const std::size_t i = std::size_t(r) * std::size_t(columns) + std::size_t(c);
-          if (c + 1 < columns) pull(i, i + 1);
-          if (r + 1 < rows) pull(i, i + std::size_t(columns));
-        }
-    for (std::size_t i = 0; i < height.size(); ++i) {
-      if (fixed[i]) continue;
-      collide(i);
-      max_displacement = std::max(max_displacement, std::abs(height[i] - before[i]));
-    }
-    if (max_displacement < options.convergence_threshold) break;
+    if (falling.step() < options.convergence_threshold) break;
   }
-
-  // Slope post-processing: steep ground holds up the cloth's edge, so contact spreads from resting particles.
-  std::vector<std::size_t> contact;
-  for (std::size_t i = 0; i < height.size(); ++i)
-    if (fixed[i]) contact.push_back(i);
-  for (std::size_t k = 0; k < contact.size(); ++k)
-    for_each_edge_neighbor(contact[k], columns, rows, [&](std::size_t j) {
-      if (fixed[j] || std::abs(ground[j] - ground[contact[k]]) > options.slope_step) return;
-      height[j] = ground[j];
-      fixed[j] = 1;
-      contact.push_back(j);
-    });
-  for (float& z : height) z = -z;
-  return {columns, rows, std::move(height)};
+  falling.spread_contact(options.slope_step);
+  std::vector<float> heights = falling.heights();
+  for (float& z : heights) z = -z;
+  return {columns, rows, std::move(heights)};
 }
 
 }  // namespace globalmatch::detail

@@ -1,0 +1,162 @@
+// Evidence of positions: how many stems are near others under a transform, and how near.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/matching/consensus_proposal.hpp"
+#include "globalmatch/detail/matching/evidence.hpp"
+#include "globalmatch/detail/matching/indexed_matching.hpp"
+#include "globalmatch/detail/matching/null_model.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/matching/score_hypothesis.hpp"
+#include "globalmatch/global_matching.hpp"
+#include "globalmatch/local_matching.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/triangles.hpp"
+
+namespace globalmatch::detail {
+
+/// Thresholds [m] that hypotheses are proposed at, and those that they may be paired at in the end: scans of
+/// one instrument agree to centimetres, mobile lidar to decimetres, field surveys to half a metre.
+inline constexpr double proposal_thresholds[] = {0.05, 0.1, 0.2, 0.4};
+inline constexpr double pairing_thresholds[] = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
+                                                0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
+
+/// The background density of the target stems that a hypothesis pairs: some thousands from one place where there
+/// are more, and none where they are too few to tell a lattice from chance. They may be planted though most of
+/// the map is not.
+inline background_density paired_background(const local_hypothesis& h, const matching_context& context) {
+  constexpr std::size_t minimum = 20;
+  constexpr double maximum = 4096;
+  const double radius = std::sqrt(maximum / std::numbers::pi) * context.target_index->spacing();
+  position_set paired;
+  if (h.correspondences.size() >= minimum) {
+    const vec3 center = context.target.at[h.correspondences[h.correspondences.size() / 2].target];
+    for (const correspondence& c : h.correspondences)
+      if ((context.target.at[c.target] - center).xy().norm() < radius)
+        paired.at.push_back(context.target.at[c.target]);
+  }
+  return background_density(paired, std::make_shared<position_index>(paired));
+}
+
+/// Refers to all that it is made of.
+class position_evidence {
+  using thresholds = std::span<const double>;
+
+ public:
+  /// What is looked at is added to `funnel`.
+  position_evidence(const matching_context& context, const prepared_stems& target,
+                    const matching_options& options, matching_funnel& funnel)
+      : context_(context),
+        target_(target),
+        options_(options),
+        funnel_(funnel),
+        proposing_(options.inlier_threshold ? thresholds(&*options.inlier_threshold, 1)
+                                            : thresholds(proposal_thresholds)),
+        pairing_(options.inlier_threshold ? proposing_ : thresholds(pairing_thresholds)),
+        null_model_(context, target.background, pairing_, proposing_) {}
+
+  /// [m] increasing, those that stems may be paired at
+  thresholds pairing() const { return pairing_; }
+
+  /// Ranked hypotheses, scored: at one threshold after the other, the smallest first, until chance no longer
+  /// explains what is found.
+  std::vector<local_hypothesis> propose(std::size_t maximum) const {
+    return options_.proposal == proposal::triangle_index ? propose_by_index(maximum)
+                                                         : propose_by_algorithm_1();
+  }
+
+  /// Of a transform, at the threshold of its hypothesis.
+  evidence_score score(const local_hypothesis& h) const {
+    local_hypothesis scored;
+    scored.inlier_threshold = h.inlier_threshold;
+    null_model_.score(scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold,
+                                                          h.inlier_threshold));
+    return {scored.log10_nfa, evidence_source::stems, scored.log10_nfa_poisson};
+  }
+
+  /// Scores a hypothesis, re-paired and refitted at the best of some thresholds.
+  void refit(local_hypothesis& h, thresholds some) const {
+    score_hypothesis(h, context_, null_model_, some);
+  }
+
+  /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs.
+  void include_lattice_of(const local_hypothesis& h) {
+    null_model_.include_lattice_of(paired_background(h, context_));
+  }
+
+ private:
+  static bool is_sufficient(const std::vector<local_hypothesis>& ranked) {
+    return !ranked.empty() && ranked.front().log10_nfa < sufficient_log10_nfa;
+  }
+
+  /// By the paper's Algorithm 1.
+  std::vector<local_hypothesis> propose_by_algorithm_1() const {
+    const bool horizontal = context_.horizontal;
+    const auto source = build_triangles(context_.source, horizontal, options_.triangles, context_.exec);
+    const auto target = build_triangles(context_.target, horizontal, options_.triangles, context_.exec);
+    funnel_.source_triangles = source.size();
+    funnel_.target_triangles = target.size();
+    std::vector<local_hypothesis> hypotheses;
+    for (const double inlier_threshold : proposing_) {
+      const auto pairs = match_locally(source, target, inlier_threshold, context_.exec);
+      std::size_t tested = 0;
+      auto proposed = propose_by_consensus(context_, pairs, inlier_threshold, options_.global, &tested);
+      funnel_.local_pairs += pairs.size();
+      funnel_.tested += tested;
+      for (local_hypothesis& h : proposed) {
+        refit(h, pairing_);
+        add_distinct(std::move(h), hypotheses, context_);
+      }
+      rank(hypotheses);
+      if (is_sufficient(hypotheses)) break;
+    }
+    return hypotheses;
+  }
+
+  /// By the index. Small maps are searched once more, exhaustively, when nothing was found.
+  std::vector<local_hypothesis> propose_by_index(std::size_t maximum) const {
+    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
+    const std::size_t larger = std::max(context_.source.size(), context_.target.size());
+    const bool few = smaller <= exhaustive_max_stems;
+    std::vector<local_hypothesis> hypotheses;
+    if (few && larger > retry_max_stems && search(target_.triangles, false, maximum, hypotheses))
+      return hypotheses;
+    if (search(target_.triangles, few, maximum, hypotheses)) return hypotheses;
+    if (larger > exhaustive_max_stems && larger <= retry_max_stems)
+      search(triangle_index(context_.target, *target_.index, context_.horizontal_distances(),
+                            exhaustive_neighbors, context_.exec),
+             true, maximum, hypotheses);
+    return hypotheses;
+  }
+
+  /// Whether something was found that is sufficient.
+  bool search(const triangle_index& triangles, bool exhaustive, std::size_t maximum,
+              std::vector<local_hypothesis>& hypotheses) const {
+    for (const double inlier_threshold : proposing_) {
+      for (local_hypothesis& h :
+           match_by_index(context_, triangles, inlier_threshold, null_model_, pairing_, exhaustive, funnel_))
+        add_distinct(std::move(h), hypotheses, context_);
+      keep_best(hypotheses, maximum);
+      if (is_sufficient(hypotheses)) return true;
+    }
+    return false;
+  }
+
+  const matching_context& context_;
+  const prepared_stems& target_;
+  const matching_options& options_;
+  matching_funnel& funnel_;
+  thresholds proposing_, pairing_;  // [m]
+  null_model null_model_;
+};
+
+}  // namespace globalmatch::detail
