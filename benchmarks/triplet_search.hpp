@@ -67,13 +67,12 @@ triplet_match match_all_triplets(const Source& source_stems, const Target& targe
     best = *transform;
   };
   for (const triangle& triplet : source_triplets)
-    for_each_admissible_order(triplet, inlier_threshold, [&](const triangle& t) {
+    for (const triangle& t : admissible_orders(triplet, inlier_threshold))
       target_grid.for_each_near(edge_point(t), float(inlier_threshold), [&](const auto& item) {
         const auto& like = item.label;
         ++result.like_pairs;
         try_transform({{{t.vertices[0], like[0]}, {t.vertices[1], like[1]}, {t.vertices[2], like[2]}}});
       });
-    });
   if (best) result.target_from_source = in_scan_frames(*best, source, target);
   return result;
 }
