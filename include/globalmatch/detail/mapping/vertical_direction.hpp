@@ -3,7 +3,6 @@
 // because slopes are no tilt.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
