@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
@@ -37,6 +38,16 @@ inline double in_range(random_source& random, double from, double to) {
 
 inline Eigen::Vector3d random_direction(random_source& random) {
   return Eigen::Vector3d(random.normal(), random.normal(), random.normal()).normalized();
+}
+
+/// The internals' types of points.
+inline std::vector<vec3> as_vec3(const std::vector<Eigen::Vector3d>& points) {
+  std::vector<vec3> result;
+  for (const Eigen::Vector3d& p : points) result.push_back(from_eigen(p));
+  return result;
+}
+inline Eigen::Vector3d in_double(const vec3f& p) {
+  return to_eigen(vec3(p));
 }
 
 /// A plane through the origin of the given slope [degrees] towards the azimuth [degrees].
@@ -80,12 +91,11 @@ struct seen_surface {
 };
 
 /// Unit vectors from the axis to random points of the surface of a cylinder, and these points.
-inline std::pair<Eigen::Vector3d, Eigen::Vector3d> random_surface_point(random_source& random,
-                                                                        const cylinder& c,
-                                                                        const seen_surface& seen) {
-  const auto [u, v] = detail::plane_across(c.axis);
+inline std::pair<vec3, vec3> random_surface_point(random_source& random, const cylinder& c,
+                                                  const seen_surface& seen) {
+  const vec3 u = c.axis.unit_orthogonal(), v = c.axis.cross(u);
   const double angle = in_range(random, 0, seen.arc);
-  const Eigen::Vector3d outwards = std::cos(angle) * u + std::sin(angle) * v;
+  const vec3 outwards = std::cos(angle) * u + std::sin(angle) * v;
   const double distance = c.radius + seen.noise * random.normal();
   return {outwards, c.point + distance * outwards + in_range(random, seen.from, seen.to) * c.axis};
 }
@@ -94,7 +104,7 @@ inline cloud stem_points(random_source& random, const cylinder& c, std::size_t c
                          const seen_surface& seen = {}) {
   cloud points;
   for (std::size_t i = 0; i < count; ++i)
-    points.push_back(exact(random_surface_point(random, c, seen).second));
+    points.push_back(exact(to_eigen(random_surface_point(random, c, seen).second)));
   return points;
 }
 
@@ -108,13 +118,13 @@ inline cloud shrub_points(random_source& random, const Eigen::Vector3d& center, 
 }
 
 inline cylinder upright(double x, double y, double z, double radius) {
-  return {{x, y, z}, Eigen::Vector3d::UnitZ(), radius};
+  return {{x, y, z}, {0, 0, 1}, radius, 0};
 }
 
 inline cylinder leaning(double x, double y, double z, double radius, double lean, double azimuth) {
   const Eigen::AngleAxisd tilt(lean * std::numbers::pi / 180, Eigen::Vector3d::UnitY());
   const Eigen::AngleAxisd turn(azimuth * std::numbers::pi / 180, Eigen::Vector3d::UnitZ());
-  return {{x, y, z}, turn * tilt * Eigen::Vector3d::UnitZ(), radius};
+  return {{x, y, z}, from_eigen(turn * tilt * Eigen::Vector3d::UnitZ()), radius, 0};
 }
 
 inline void append(cloud& points, const cloud& more) {
@@ -124,7 +134,8 @@ inline void append(cloud& points, const cloud& more) {
 /// The same points as the mapping steps share them, in the frame they are in.
 inline local_points as_local(const cloud& points) {
   local_points result;
-  for (const Eigen::Vector3f& p : points) result.push_back(p, static_cast<point_index>(result.size()));
+  for (const Eigen::Vector3f& p : points)
+    result.push_back(vec3f::from(p), static_cast<point_index>(result.size()));
   return result;
 }
 

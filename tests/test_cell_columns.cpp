@@ -1,4 +1,5 @@
 #include "globalmatch/detail/mapping/cell_columns.hpp"
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 
 #include <cstdlib>
 #include <map>

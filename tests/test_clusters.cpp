@@ -1,4 +1,6 @@
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/clusters.hpp"
+#include "globalmatch/detail/published/point_clusters.hpp"
 
 #include <map>
 

@@ -1,4 +1,5 @@
 #include "globalmatch/detail/mapping/ground.hpp"
+#include "globalmatch/detail/published/cloth_ground.hpp"
 
 #include <functional>
 
@@ -31,18 +32,27 @@ void for_each_place(double margin, const Visit& visit) {
 double max_error(const terrain& ground, const height_function& truth, double margin = 0) {
   double largest = 0;
   for_each_place(margin, [&](double x, double y) {
-    const Vector3d local = ground.frame.to_local({x, y, truth(x, y)});
-    const auto height = ground.height_at(local.x(), local.y());
-    largest = std::max(largest, height ? std::abs(*height - local.z()) : 1e9);
+    const vec3 local = ground.frame.to_local({x, y, truth(x, y)});
+    const auto height = ground.height_at(local.x, local.y);
+    largest = std::max(largest, height ? std::abs(*height - local.z) : 1e9);
   });
   return largest;
 }
 
 std::optional<double> height_in_scan(const terrain& ground, double x, double y) {
-  const Vector3d local = ground.frame.to_local({x, y, 0});
-  const auto height = ground.height_at(local.x(), local.y());
+  const vec3 local = ground.frame.to_local({x, y, 0});
+  const auto height = ground.height_at(local.x, local.y);
   if (!height) return std::nullopt;
-  return *height - local.z();
+  return *height - local.z;
+}
+
+/// With the steps that the options ask for.
+template <class Scan>
+ground_model model_ground(const Scan& scan, const ground_options& options = {},
+                          const Vector3d& up = Vector3d::UnitZ(), const execution& exec = {}) {
+  bare_ground_finder* const find =
+      options.filter == ground_filter::cloth ? &cloth_under_vegetation : &planes_under_vegetation;
+  return model_ground(scan, options, from_eigen(up), find, exec);
 }
 
 constexpr double noise = 0.005;  // [m] standard deviation of the ground points
@@ -71,21 +81,21 @@ double rolling(double x, double y) {
 
 TEST_CASE("planes at all scales go through a slope, next to points and far from them") {
   detail::plane_pyramid pyramid;
-  const auto fit = [&](int columns, int rows, const std::vector<Vector3f>& points) {
+  const auto fit = [&](int columns, int rows, const std::vector<vec3f>& points) {
     return pyramid.fit(1, columns, rows, 1, 5,
                        [&](int row, detail::plane_moments* moments) {
-                         for (const Vector3f& p : points)
-                           if (int(p.y()) == row) moments[int(p.x())].add(p);
+                         for (const vec3f& p : points)
+                           if (int(p.y) == row) moments[int(p.x)].add(p);
                        },
                        {});
   };
   CHECK(fit(70, 50, {{0.5f, 0.5f, 100}}).size() == 70 * 50);  // forgotten, though its memory is kept
   const auto height = [](double x, double y) { return 2 + 0.3 * x - 0.2 * y; };
   random_source random(31);
-  std::vector<Vector3f> points;
+  std::vector<vec3f> points;
   for (int i = 0; i < 200; ++i) {  // in one corner
     const double x = scenes::in_range(random, 0, 6), y = scenes::in_range(random, 0, 6);
-    points.push_back(Vector3d(x, y, height(x, y)).cast<float>());
+    points.push_back(vec3f(vec3{x, y, height(x, y)}));
   }
   const auto planes = fit(40, 30, points);
   REQUIRE(planes.size() == 40 * 30);
@@ -100,16 +110,15 @@ TEST_CASE("planes at all scales go through a slope, next to points and far from 
 TEST_CASE("planes are those through the points of the blocks around each block") {
   constexpr int columns = 37, rows = 41, reach = 2;  // not whole parts
   random_source random(32);
-  std::vector<Vector3f> points;
+  std::vector<vec3f> points;
   for (int i = 0; i < 4 * columns * rows; ++i)
-    points.push_back(Vector3d(scenes::in_range(random, 0, columns), scenes::in_range(random, 0, rows),
-                              scenes::in_range(random, 0, 1))
-                         .cast<float>());
+    points.push_back(vec3f(vec3{scenes::in_range(random, 0, columns), scenes::in_range(random, 0, rows),
+                                scenes::in_range(random, 0, 1)}));
   detail::plane_pyramid pyramid;
   const auto& planes = pyramid.fit(1, columns, rows, reach, 5,
                                    [&](int row, detail::plane_moments* moments) {
-                                     for (const Vector3f& p : points)
-                                       if (int(p.y()) == row) moments[int(p.x())].add(p);
+                                     for (const vec3f& p : points)
+                                       if (int(p.y) == row) moments[int(p.x)].add(p);
                                    },
                                    {});
   double most = 0;
@@ -117,8 +126,8 @@ TEST_CASE("planes are those through the points of the blocks around each block")
   for (int r = 0; r < rows; ++r)
     for (int c = 0; c < columns; ++c) {
       detail::plane_moments around;
-      for (const Vector3f& p : points)
-        if (std::abs(int(p.x()) - c) <= reach && std::abs(int(p.y()) - r) <= reach) around.add(p);
+      for (const vec3f& p : points)
+        if (std::abs(int(p.x) - c) <= reach && std::abs(int(p.y) - r) <= reach) around.add(p);
       const detail::local_plane& plane = planes[std::size_t(r * columns + c)];
       known += plane.known();
       most = std::max(most, double(std::abs(plane.height - around.fit(c + 0.5, r + 0.5, 5).height)));
@@ -171,9 +180,9 @@ TEST_CASE("a hole in the ground is known as a hole, and spanned") {
   CHECK(height_in_scan(ground, 10, 10) == std::nullopt);
   CHECK(height_in_scan(ground, 11, 10.5) == std::nullopt);
   CHECK(height_in_scan(ground, 13.5, 10).has_value());
-  const Vector3d local = ground.frame.to_local({10, 10, plane(10, 10)});
-  CHECK_FALSE(ground.is_known(local.x(), local.y()));
-  CHECK(std::abs(ground.interpolated_height(local.x(), local.y()) - local.z()) < 0.1);
+  const vec3 local = ground.frame.to_local({10, 10, plane(10, 10)});
+  CHECK_FALSE(ground.is_known(local.x, local.y));
+  CHECK(std::abs(ground.interpolated_height(local.x, local.y) - local.z) < 0.1);
 }
 
 TEST_CASE("the terrain ends where the scan does") {
@@ -252,9 +261,9 @@ TEST_CASE("the terrain of a turned scan is the same along its own up") {
   const terrain ground = model_ground(turned, {}, up).terrain;
   double largest = 0;
   for_each_place(0.5, [&](double x, double y) {
-    const Vector3d local = ground.frame.to_local(turn * Vector3d(x, y, plane(x, y)));
-    const auto height = ground.height_at(local.x(), local.y());
-    largest = std::max(largest, height ? std::abs(*height - local.z()) : 1e9);
+    const vec3 local = ground.frame.to_local(from_eigen(turn * Vector3d(x, y, plane(x, y))));
+    const auto height = ground.height_at(local.x, local.y);
+    largest = std::max(largest, height ? std::abs(*height - local.z) : 1e9);
   });
   CHECK(largest < 0.02);
 }
@@ -308,8 +317,8 @@ TEST_CASE("the ground points are points of the scan that lie near the terrain") 
   CHECK(model.funnel.ground_points == model.terrain.ground.size());
   CHECK(model.terrain.ground.size() > 4000);
   float largest = 0;
-  for (const Vector3f& p : model.terrain.ground) {
-    const Vector3d q = model.terrain.frame.to_scan(p.cast<double>());
+  for (const vec3f& p : model.terrain.ground) {
+    const Vector3d q = to_eigen(model.terrain.frame.to_scan(vec3(p)));
     largest = std::max(largest, float(std::abs(q.z() - plane(q.x(), q.y()))));
   }
   CHECK(largest < 0.1f);
@@ -324,7 +333,7 @@ TEST_CASE("bad ground options are refused by name") {
   };
   CHECK(message([](ground_options&) {}).empty());
   for (const double bad : {0.0, -1.0, nan}) {
-    CHECK(message([&](auto& o) { o.cloth.resolution = bad; }).starts_with("ground.cloth.resolution"));
+    CHECK(message([&](auto& o) { o.resolution = bad; }).starts_with("ground.resolution"));
     CHECK(message([&](auto& o) { o.cloth.time_step = bad; }).starts_with("ground.cloth.time_step"));
     CHECK(message([&](auto& o) { o.cloth.gravity = bad; }).find("ground.cloth.gravity") != std::string::npos);
     CHECK(message([&](auto& o) { o.low_point_depth = bad; }).starts_with("ground.low_point_depth"));

@@ -1,4 +1,5 @@
 #include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/detail/mapping/outliers.hpp"
 
 #include "catch.hpp"
 #include "containers.hpp"
@@ -21,7 +22,7 @@ const Vector3d up = Vector3d::UnitZ();
 
 template <class R>
 lowest_raster lowest_of(const R& scan, ground_funnel& funnel) {
-  return gather_lowest_points(scan, resolution, up, funnel);
+  return gather_lowest_points(scan, resolution, from_eigen(up), funnel);
 }
 
 std::size_t occupied(const lowest_raster& raster) {
@@ -39,10 +40,9 @@ std::vector<Vector3d> in_double(const scenes::cloud& points, const Vector3d& shi
 
 bool same_bits(const lowest_raster& a, const lowest_raster& b) {
   return a.columns == b.columns && a.rows == b.rows &&
-         std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
-                    [](const Vector3f& p, const Vector3f& q) {
-                      return p == q || (std::isnan(p.z()) && std::isnan(q.z()));
-                    });
+         std::equal(
+             a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+             [](const vec3f& p, const vec3f& q) { return p == q || (std::isnan(p.z) && std::isnan(q.z)); });
 }
 
 /// A raster of the given heights, row by row.
@@ -64,12 +64,13 @@ TEST_CASE("the lowest points of cells equal those of a naive map, in every conta
     CAPTURE(kind);
     ground_funnel funnel;
     const lowest_raster raster = lowest_of(range, funnel);
-    const auto expected = oracles::naive_lowest_points(in_double(points), resolution, raster.frame.origin);
+    const auto expected =
+        oracles::naive_lowest_points(in_double(points), resolution, to_eigen(raster.frame.origin));
     CHECK(occupied(raster) == expected.size());
     int wrong = 0;
     for (const auto& [cell, p] : expected) {
-      const Vector3f& kept = raster.points[raster.cell(cell.first, cell.second)];
-      wrong += raster.frame.to_scan(kept.cast<double>()) == p ? 0 : 1;
+      const vec3f& kept = raster.points[raster.cell(cell.first, cell.second)];
+      wrong += raster.frame.to_scan(vec3(kept)) == from_eigen(p) ? 0 : 1;
     }
     CHECK(wrong == 0);
     CHECK(funnel.points == points.size());
@@ -85,15 +86,15 @@ TEST_CASE("lowest points are lowest along up") {
   std::vector<Vector3d> turned;
   for (const Vector3f& p : scenes::random_cloud(random, 2000, 10)) turned.push_back(turn * p.cast<double>());
   ground_funnel funnel;
-  const lowest_raster raster = gather_lowest_points(turned, resolution, turn * up, funnel);
+  const lowest_raster raster = gather_lowest_points(turned, resolution, from_eigen(turn * up), funnel);
   std::vector<Vector3d> levelled;
-  for (const Vector3d& p : turned) levelled.push_back(raster.frame.to_local(p));
+  for (const Vector3d& p : turned) levelled.push_back(to_eigen(raster.frame.to_local(from_eigen(p))));
   const auto expected = oracles::naive_lowest_points(levelled, resolution, Vector3d::Zero());
   REQUIRE(occupied(raster) == expected.size());
   double largest = 0;
   for (const auto& [cell, p] : expected)
-    largest =
-        std::max(largest, (raster.points[raster.cell(cell.first, cell.second)].cast<double>() - p).norm());
+    largest = std::max(largest,
+                       (scenes::in_double(raster.points[raster.cell(cell.first, cell.second)]) - p).norm());
   CHECK(largest < 1e-5);
 }
 
@@ -107,7 +108,7 @@ TEST_CASE("a scan shifted to map coordinates has the same raster, bit for bit") 
     ground_funnel shifted_funnel;
     const lowest_raster shifted = lowest_of(in_double(points, shift), shifted_funnel);
     CHECK(same_bits(raster, shifted));
-    CHECK(shifted.frame.origin == raster.frame.origin + shift);
+    CHECK(shifted.frame.origin == raster.frame.origin + from_eigen(shift));
   }
 }
 
@@ -185,7 +186,7 @@ TEST_CASE("one point, or many equal ones, fill one cell") {
     CHECK(occupied(raster) == 1);
     CHECK(funnel.cells == 1);
     CHECK(raster.holds(0, 0));
-    CHECK(raster.frame.to_scan(raster.points[0].cast<double>()) == p);
+    CHECK(raster.frame.to_scan(vec3(raster.points[0])) == from_eigen(p));
   }
 }
 
@@ -238,15 +239,15 @@ TEST_CASE("cells with hardly a neighbour are not judged") {
 TEST_CASE("gathering lowest points can be cancelled") {
   ground_funnel funnel;
   const execution exec{.on_progress = [](const progress&) { return false; }};
-  CHECK_THROWS_AS(
-      gather_lowest_points(std::vector<Vector3d>(5, Vector3d::Zero()), resolution, up, funnel, exec),
-      operation_cancelled);
+  CHECK_THROWS_AS(gather_lowest_points(std::vector<Vector3d>(5, Vector3d::Zero()), resolution, from_eigen(up),
+                                       funnel, exec),
+                  operation_cancelled);
 }
 
 TEST_CASE("gathering lowest points refuses an up without direction") {
   ground_funnel funnel;
   CHECK(support::message_of([&] {
-          gather_lowest_points(std::vector<Vector3d>{}, resolution, Vector3d::Zero(), funnel);
+          gather_lowest_points(std::vector<Vector3d>{}, resolution, vec3{}, funnel);
         }).starts_with("up must be"));
 }
 
@@ -283,7 +284,7 @@ TEST_CASE(
     CHECK(removed > 0);
     CHECK(removed == std::size_t(std::count(expected.begin(), expected.end(), true)));
     for (std::size_t i = 0; i < heights.size(); ++i)
-      CHECK(std::isnan(raster.points[i].z()) == (expected[i] || std::isnan(heights[i])));
+      CHECK(std::isnan(raster.points[i].z) == (expected[i] || std::isnan(heights[i])));
   }
 }
 
@@ -295,7 +296,7 @@ TEST_CASE("a slope of 40 degrees and a step of 0.4 m are reachable ground, a ste
       heights.push_back(float(std::tan(0.7) * resolution * c + (c > 20 ? 0.4 : 0)));
   lowest_raster raster = raster_of(columns, rows, heights);
   CHECK(remove_unreachable(raster, 1, 0.5) == 0);
-  raster.points[raster.cell(30, 4)].z() += 1.5f;
+  raster.points[raster.cell(30, 4)].z += 1.5f;
   CHECK(remove_unreachable(raster, 1, 0.5) == 1);
   CHECK_FALSE(raster.holds(30, 4));
 }

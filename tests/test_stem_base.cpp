@@ -7,7 +7,7 @@ namespace globalmatch {
 
 using namespace detail;
 
-using Eigen::Vector3d;
+using Vector3d = vec3;
 using scenes::leaning;
 using scenes::sloped_terrain;
 using scenes::upright;
@@ -16,7 +16,7 @@ namespace {
 
 /// Where the axis meets a plane through the origin, by solving the linear equation.
 Vector3d foot_on(const cylinder& c, const scenes::slope& plane) {
-  const Vector3d normal(-plane(1, 0), -plane(0, 1), 1);
+  const Vector3d normal{-plane(1, 0), -plane(0, 1), 1};
   return c.point - c.axis * (normal.dot(c.point) / normal.dot(c.axis));
 }
 
@@ -46,7 +46,7 @@ terrain with_ground(const scenes::slope& plane, double step, const Sees& sees) {
       ground.first_ground.push_back(static_cast<std::uint32_t>(ground.ground.size()));
       for (double y = r * 0.5 + step / 2; y < (r + 1) * 0.5; y += step)
         for (double x = c * 0.5 + step / 2; x < (c + 1) * 0.5; x += step)
-          if (sees(x, y)) ground.ground.push_back(Vector3d(x, y, plane(x, y)).cast<float>());
+          if (sees(x, y)) ground.ground.push_back(vec3f(vec3{x, y, plane(x, y)}));
     }
   ground.first_ground.push_back(static_cast<std::uint32_t>(ground.ground.size()));
   return ground;
@@ -59,10 +59,10 @@ TEST_CASE(
   const scenes::slope plane{20, 40};
   terrain ground = with_ground(plane, 0.25, [](double, double) { return true; });
   const double truth = plane(10, 10);
-  for (Eigen::Vector3f& p : ground.ground) {
-    const double away = std::hypot(p.x() - 10, p.y() - 10);
-    if (away < 0.3) p.z() += 0.2f;                                      // the root flare
-    if (std::hypot(p.x() - 10.7, p.y() - 10.2) < 0.25) p.z() += 0.15f;  // a shrub
+  for (vec3f& p : ground.ground) {
+    const double away = std::hypot(p.x - 10, p.y - 10);
+    if (away < 0.3) p.z += 0.2f;                                  // the root flare
+    if (std::hypot(p.x - 10.7, p.y - 10.2) < 0.25) p.z += 0.15f;  // a shrub
   }
   const auto found = ground_at(ground, 10, 10, 0.25);
   REQUIRE(found);

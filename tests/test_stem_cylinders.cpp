@@ -1,4 +1,7 @@
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_cylinders.hpp"
+#include "globalmatch/detail/published/point_verticality.hpp"
+#include "globalmatch/detail/published/stem_points_by_points.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
@@ -27,12 +30,12 @@ struct one_cluster {
   }
 
   stem_cylinders find(const stem_cylinder_options& options = {}, const execution& exec = {}) const {
-    return find_stem_cylinders(cells, clusters, {}, options, exec);
+    return find_stem_cylinders(cells, clusters, {&fit_along_line}, options, exec);
   }
   stem_cylinders find_by_normals(const stem_cylinder_options& options = {}) const {
-    std::vector<Eigen::Vector3f> normals;
+    std::vector<vec3f> normals;
     for (const local_surface& s : estimate_surfaces(cells.points())) normals.push_back(s.normal);
-    return find_stem_cylinders(cells, clusters, normals, options);
+    return find_stem_cylinders(cells, clusters, {&fit_by_normals, normals}, options);
   }
 };
 
@@ -42,7 +45,7 @@ scenes::seen_surface one_side(double noise) {
 }
 
 double horizontal_error(const cylinder& truth, const cylinder& found) {
-  return (truth.at_height(1.5) - found.at_height(1.5)).head<2>().norm();
+  return (truth.at_height(1.5) - found.at_height(1.5)).xy().norm();
 }
 
 /// The smallest distance in plan at 1.5 m of any stem found from the true one.
@@ -58,7 +61,7 @@ bool same_bits(const stem_cylinders& a, const stem_cylinders& b) {
                     [](const stem_cylinder& s, const stem_cylinder& t) {
                       return s.cylinder.point == t.cylinder.point && s.cylinder.axis == t.cylinder.axis &&
                              s.cylinder.radius == t.cylinder.radius && s.support == t.support &&
-                             s.rms == t.rms && s.covariance == t.covariance;
+                             s.rms == t.rms && s.covariance.numbers == t.covariance.numbers;
                     });
 }
 
@@ -157,7 +160,7 @@ TEST_CASE("limits of the cylinder are respected") {
   options = {};
   options.cylinder.max_tilt_deg = 5;
   for (const stem_cylinder& s : lean.find(options).stems)
-    CHECK(s.cylinder.axis.z() >= std::cos(5 * std::numbers::pi / 180));
+    CHECK(s.cylinder.axis.z >= std::cos(5 * std::numbers::pi / 180));
 }
 
 TEST_CASE("the distance tolerance comes from the noise of the stems, within 1 cm and 4 cm") {
@@ -235,9 +238,10 @@ TEST_CASE("bad stem options are refused by name") {
 TEST_CASE("normals that are not one for each point are refused") {
   random_source random(9);
   const one_cluster scene(scenes::stem_points(random, upright(0, 0, 0, 0.1), 100, {}));
-  const std::vector<Eigen::Vector3f> too_few(99);
-  CHECK(
-      message_of([&] { find_stem_cylinders(scene.cells, scene.clusters, too_few); }).starts_with("normals"));
+  const std::vector<vec3f> too_few(99);
+  CHECK(message_of([&] {
+          find_stem_cylinders(scene.cells, scene.clusters, {&fit_by_normals, too_few});
+        }).starts_with("normals"));
 }
 
 TEST_CASE("finding stems reports its stage and can be cancelled") {

@@ -1,3 +1,4 @@
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_positions.hpp"
 
 #include "catch.hpp"
@@ -25,7 +26,7 @@ struct fragments {
     fragment.cylinder = fitted;
     for (const Eigen::Vector3f& p : scenes::stem_points(random, truth, count, seen)) {
       fragment.support.push_back(static_cast<point_index>(points.size()));
-      points.push_back(p, static_cast<point_index>(1000 + points.size()));
+      points.push_back(vec3f::from(p), static_cast<point_index>(1000 + points.size()));
     }
     found.stems.push_back(fragment);
   }
@@ -43,8 +44,8 @@ TEST_CASE("the lower and the upper part of a stem become one, fitted to both") {
   random_source random(1);
   const cylinder truth = leaning(10, 10, 0, 0.15, 6, 30);
   cylinder lower = truth, upper = truth;
-  lower.point.x() += 0.01;
-  upper.point.y() -= 0.01;
+  lower.point.x += 0.01;
+  upper.point.y -= 0.01;
   fragments parts;
   parts.add(random, lower, truth, 200, {.from = 0.2, .to = 1.2});
   parts.add(random, upper, truth, 300, {.from = 1.8, .to = 3});
@@ -121,11 +122,12 @@ TEST_CASE("a stem is the surer the more height it fills, the clearer it stands a
   stem_cylinder faint;
   faint.filled_height = 1.4;
   faint.surface_share = 0.7;
-  faint.covariance = 1e-4 * cylinder_covariance_matrix::Identity();
+  for (std::size_t i = 0; i < 6; ++i) faint.covariance(i, i) = 1e-4;
   stem_cylinder high = faint, clear = faint, sure = faint, all = faint;
   high.filled_height = all.filled_height = 2.8;
   clear.surface_share = all.surface_share = 1;
-  sure.covariance = all.covariance = faint.covariance / 100;
+  for (double& number : sure.covariance.numbers) number /= 100;
+  all.covariance = sure.covariance;
   for (const stem_cylinder& better : {high, clear, sure}) {
     CHECK(stem_quality(better) > stem_quality(faint));
     CHECK(stem_quality(all) > stem_quality(better));
@@ -160,11 +162,11 @@ TEST_CASE("stems are in the frame of the scan, ordered by position, with the ind
 TEST_CASE("axes of stems are turned into the frame of the scan") {
   terrain ground = sloped_terrain({});
   const Vector3d up = Vector3d(1, 2, 2) / 3;
-  ground.frame.local_from_scan_rotation = levelling_rotation(up);
+  ground.frame.rotation = levelling_rotation(from_eigen(up));
   const auto stems = locate_stems({without_support(upright(10, 10, 1, 0.1))}, {}, ground);
   REQUIRE(stems.size() == 1);
   CHECK((stems[0].axis - up).norm() < 1e-12);
-  CHECK((stems[0].position - ground.frame.to_scan({10, 10, 0})).norm() < 1e-12);
+  CHECK((from_eigen(stems[0].position) - ground.frame.to_scan({10, 10, 0})).norm() < 1e-12);
 }
 
 TEST_CASE("a stem tells whether the ground was seen where it stands") {
@@ -184,7 +186,7 @@ TEST_CASE("a stem is a point, with a radius and a sigma") {
   s.position = {1, 2, 3};
   s.radius = 0.2;
   s.position_sigma = 0.01;
-  CHECK(xyz(s) == Vector3d(1, 2, 3));
+  CHECK(xyz(s) == vec3{1, 2, 3});
   CHECK(point_traits<stem>::radius(s) == 0.2);
   CHECK(point_traits<stem>::position_sigma(s) == 0.01);
 }

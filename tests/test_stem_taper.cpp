@@ -1,3 +1,4 @@
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_taper.hpp"
 
 #include "catch.hpp"
@@ -35,13 +36,13 @@ struct tapered_stand {
       for (int k = 0; k < (well ? 2000 : 300); ++k) {
         const auto [outwards, p] = scenes::random_surface_point(
             random, stem, {.from = 0.2, .to = 3, .arc = (well ? 2 : 0.8) * std::numbers::pi, .noise = 0.003});
-        const double lifted = p.z() < 0.4 ? flare * std::max(outwards.x(), 0.0) : 0;
+        const double lifted = p.z < 0.4 ? flare * std::max(outwards.x, 0.0) : 0;
         fit.support.push_back(static_cast<point_index>(points.size()));
-        points.push_back((p + outwards * (lifted - stem.taper * p.z())).cast<float>(),
+        points.push_back(vec3f(p + outwards * (lifted - stem.taper * p.z)),
                          static_cast<point_index>(points.size()));
       }
-      std::vector<Vector3d> all;
-      for (const point_index k : fit.support) all.push_back(points[k].cast<double>());
+      std::vector<vec3> all;
+      for (const point_index k : fit.support) all.push_back(vec3(points[k]));
       fit.cylinder = refine_cylinder(stem, all, tolerance, options).value();
       found.push_back(fit);
     }
@@ -120,7 +121,7 @@ TEST_CASE("stems are refitted to the same bits by any number of threads") {
                           {.threads = 4});
   for (std::size_t i = 0; i < one.size(); ++i) {
     CHECK(one[i].cylinder.point == four[i].cylinder.point);
-    CHECK(one[i].covariance == four[i].covariance);
+    CHECK(one[i].covariance.numbers == four[i].covariance.numbers);
   }
 }
 

@@ -55,10 +55,10 @@ TEST_CASE("heights of the understory are measured from the terrain, in every con
     CAPTURE(kind);
     const local_points understory = select_understory(range, ground);
     CHECK(understory.index == expected);
-    CHECK(understory.frame.origin == Vector3d(10, 20, 30));
+    CHECK(understory.frame.origin == vec3{10, 20, 30});
     std::size_t exact = 0;
     for (std::size_t i = 0; i < understory.size(); ++i)
-      exact += understory[i] == scan[understory.index[i]] - Vector3f(10, 20, 30) ? 1 : 0;
+      exact += understory[i] == vec3f::from(scan[understory.index[i]]) - vec3f(10, 20, 30) ? 1 : 0;
     CHECK(exact == understory.size());
   });
 }
@@ -126,13 +126,14 @@ TEST_CASE("without a terrain there is no understory") {
 
 TEST_CASE("the understory follows the up of the terrain") {
   terrain ground = sloped_terrain(0);
-  ground.frame.local_from_scan_rotation = levelling_rotation(Vector3d::UnitX());
+  ground.frame.rotation = levelling_rotation({1, 0, 0});
   std::vector<Vector3d> scan;
-  for (const double height : {0.1, 1.0, 2.9, 3.1}) scan.push_back(ground.frame.to_scan({2, 2, height}));
+  for (const double height : {0.1, 1.0, 2.9, 3.1})
+    scan.push_back(to_eigen(ground.frame.to_scan({2, 2, height})));
   const local_points understory = select_understory(scan, ground);
   CHECK(understory.index == std::vector<point_index>{1, 2});
   REQUIRE(understory.size() == 2);
-  CHECK(understory[0].isApprox(Vector3f(2, 2, 1), 1e-6f));
+  CHECK((understory[0] - vec3f(2, 2, 1)).norm() < 1e-5f);
 }
 
 TEST_CASE("understory limits that hold no layer are refused by name") {

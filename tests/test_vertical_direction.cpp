@@ -7,7 +7,7 @@ namespace globalmatch {
 
 using namespace detail;
 
-using Eigen::Vector3d;
+using Vector3d = vec3;
 
 namespace {
 
@@ -15,7 +15,7 @@ constexpr double degree = std::numbers::pi / 180;
 
 /// Axes that lean from `up` by `lean` [rad] in each direction, one standard deviation.
 std::vector<Vector3d> axes_about(const Vector3d& up, double lean, std::size_t count, random_source& random) {
-  const Vector3d u = up.unitOrthogonal(), v = up.cross(u);
+  const Vector3d u = up.unit_orthogonal(), v = up.cross(u);
   std::vector<Vector3d> axes;
   for (std::size_t i = 0; i < count; ++i)
     axes.push_back((up + lean * random.normal() * u + lean * random.normal() * v).normalized());
@@ -52,30 +52,30 @@ TEST_CASE("the direction of stems is as certain as it says") {
 
 TEST_CASE("a fifth of stems that lean with each other do not turn the direction of the others") {
   random_source random(3);
-  auto axes = axes_about(Vector3d::UnitZ(), 1.5 * degree, 80, random);
+  auto axes = axes_about(Vector3d{0, 0, 1}, 1.5 * degree, 80, random);
   for (const Vector3d& a : axes_about(tilted(25 * degree), 3 * degree, 20, random)) axes.push_back(a);
   const auto upright = upright_of(axes);
   REQUIRE(upright);
-  CHECK(angle_between(upright->up, Vector3d::UnitZ()) < 0.6 * degree);
+  CHECK(angle_between(upright->up, Vector3d{0, 0, 1}) < 0.6 * degree);
 }
 
 TEST_CASE("fewer than ten stems tell no direction") {
   CHECK_FALSE(upright_of({}));
-  CHECK_FALSE(upright_of(std::vector<Vector3d>(9, Vector3d::UnitZ())));
+  CHECK_FALSE(upright_of(std::vector<Vector3d>(9, Vector3d{0, 0, 1})));
 }
 
 TEST_CASE("stems are askew when they are off by more than chance and wind explain") {
-  const Vector3d up = Vector3d::UnitZ();
-  CHECK_FALSE(is_tilted({up, 0.1 * degree}, up));
-  CHECK_FALSE(is_tilted({tilted(3.9 * degree), 0.1 * degree}, up));
-  CHECK(is_tilted({tilted(4.1 * degree), 0.1 * degree}, up));
-  CHECK_FALSE(is_tilted({tilted(7.9 * degree), 2 * degree}, up));
-  CHECK(is_tilted({tilted(8.1 * degree), 2 * degree}, up));
+  const Vector3d up = Vector3d{0, 0, 1};
+  CHECK_FALSE(is_tilted(upright_direction{up.as<Eigen::Vector3d>(), 0.1 * degree}, up));
+  CHECK_FALSE(is_tilted(upright_direction{tilted(3.9 * degree).as<Eigen::Vector3d>(), 0.1 * degree}, up));
+  CHECK(is_tilted(upright_direction{tilted(4.1 * degree).as<Eigen::Vector3d>(), 0.1 * degree}, up));
+  CHECK_FALSE(is_tilted(upright_direction{tilted(7.9 * degree).as<Eigen::Vector3d>(), 2 * degree}, up));
+  CHECK(is_tilted(upright_direction{tilted(8.1 * degree).as<Eigen::Vector3d>(), 2 * degree}, up));
 }
 
 TEST_CASE("the angle between directions is exact for small and for large ones") {
-  CHECK(angle_between(Vector3d::UnitZ(), tilted(1e-9)) == Approx(1e-9));
-  CHECK(angle_between(Vector3d::UnitZ(), -Vector3d::UnitZ()) == Approx(std::numbers::pi));
+  CHECK(angle_between(Vector3d{0, 0, 1}, tilted(1e-9)) == Approx(1e-9));
+  CHECK(angle_between(Vector3d{0, 0, 1}, -Vector3d{0, 0, 1}) == Approx(std::numbers::pi));
 }
 
 }  // namespace globalmatch

@@ -1,4 +1,6 @@
+#include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/verticality.hpp"
+#include "globalmatch/detail/published/point_verticality.hpp"
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
@@ -34,7 +36,7 @@ std::pair<float, float> min_and_max(const std::vector<local_surface>& surfaces) 
 
 bool all_finite(const std::vector<local_surface>& surfaces) {
   return std::all_of(surfaces.begin(), surfaces.end(),
-                     [](const local_surface& s) { return s.normal.allFinite() && std::isfinite(s.spacing); });
+                     [](const local_surface& s) { return is_finite(s.normal) && std::isfinite(s.spacing); });
 }
 
 verticality_options with_radius(double radius) {
@@ -57,7 +59,7 @@ verticality_options without_constraint() {
 
 local_surface surface_with(float verticality) {
   const float z = 1 - verticality;
-  return {Vector3f(std::sqrt(1 - z * z), 0, z), 0.01f};
+  return {vec3f(std::sqrt(1 - z * z), 0, z), 0.01f};
 }
 
 }  // namespace
@@ -85,7 +87,7 @@ TEST_CASE("the verticality of an upright stem exceeds the threshold all around, 
   std::size_t upright = 0, radial = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     upright += surfaces[i].verticality() > 0.9f ? 1 : 0;
-    const Vector3f outwards = Vector3f(points.x[i], points.y[i], 0).normalized();
+    const vec3f outwards = vec3f(points.x[i], points.y[i], 0).normalized();
     radial += std::abs(surfaces[i].normal.dot(outwards)) > 0.95f ? 1 : 0;
   }
   CHECK(double(upright) > 0.99 * double(points.size()));
@@ -96,7 +98,7 @@ TEST_CASE("normals are of unit length") {
   random_source random(2);
   float largest = 0;
   for (const local_surface& s : estimate_surfaces(scenes::as_local(scenes::random_cloud(random, 1000, 1))))
-    if (!s.normal.isZero()) largest = std::max(largest, std::abs(s.normal.norm() - 1));
+    if (!(s.normal == vec3f{})) largest = std::max(largest, std::abs(s.normal.norm() - 1));
   CHECK(largest < 1e-5f);
 }
 
@@ -108,8 +110,9 @@ TEST_CASE("verticality holds far from the origin of the local frame too") {
 
 TEST_CASE("a radius that is given is the one used, and holds no more than its ball") {
   const local_points sparse = scenes::as_local(plane(Vector3d::UnitX(), Vector3d::UnitZ(), 0.15));
-  for (const local_surface& s : estimate_surfaces(sparse, with_radius(0.10))) CHECK(s.normal.isZero());
-  for (const local_surface& s : estimate_surfaces(sparse, with_radius(0.16))) CHECK_FALSE(s.normal.isZero());
+  for (const local_surface& s : estimate_surfaces(sparse, with_radius(0.10))) CHECK(s.normal == vec3f{});
+  for (const local_surface& s : estimate_surfaces(sparse, with_radius(0.16)))
+    CHECK_FALSE(s.normal == vec3f{});
   // A step between two floors, which a wider ball would see as a slope.
   cloud step = plane(Vector3d::UnitX(), Vector3d::UnitY(), 0.02);
   for (Vector3f& p : step) p.z() = p.x() > 0.19f ? 0.15f : 0.0f;
@@ -157,7 +160,7 @@ TEST_CASE("degenerate neighbourhoods give finite surfaces") {
 TEST_CASE("fewer than three neighbours make no normal, and no stem point") {
   const auto surfaces = estimate_surfaces(scenes::as_local({{0, 0, 0}, {0, 0, 0.05f}, {5, 5, 5}}));
   for (const local_surface& s : surfaces) {
-    CHECK(s.normal.isZero());
+    CHECK(s.normal == vec3f{});
     CHECK(s.verticality() == 0);
   }
   CHECK(select_stem_points(surfaces).empty());
@@ -214,7 +217,7 @@ TEST_CASE("cells have the verticality of the points in the cells within reach, b
         if (std::abs(cell_of(points.x[i]) - cell_of(points.x[first])) <= reach &&
             std::abs(cell_of(points.y[i]) - cell_of(points.y[first])) <= reach &&
             std::abs(cell_of(points.z[i]) - cell_of(points.z[first])) <= reach)
-          around.push_back(points[i].cast<double>());
+          around.push_back(scenes::in_double(points[i]));
       if (reach == 0) {
         CHECK(around.size() < 4);
         continue;

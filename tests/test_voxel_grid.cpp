@@ -20,7 +20,7 @@ TEST_CASE("the voxel grid equals a naive one, in every container") {
   const scenes::cloud points = scenes::random_cloud(random, 3000, 2);
   for (const double voxel_size : {0.05, 0.3, 10.0}) {
     const indices expected =
-        oracles::naive_voxel_grid(points, voxel_size, import_points(points).frame.origin);
+        oracles::naive_voxel_grid(points, voxel_size, to_eigen(import_points(points).frame.origin));
     containers::for_each_container(points, [&](const std::string& kind, const auto& range) {
       CAPTURE(kind, voxel_size);
       CHECK((thin_by_voxels(range, voxel_size) == expected));

@@ -36,7 +36,7 @@ enum class ground_filter {
 
 struct ground_options {
   ground_filter filter = ground_filter::planes;
-  double resolution = 0.5;       ///< [m] of the terrain, and of the particles of a cloth ([CSF] GR: 0.5)
+  double resolution = 0.5;  ///< [m] of the terrain, and of the particles of a cloth ([CSF] GR: 0.5)
   cloth_options cloth = {};
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)
   double max_slope = 1.0;        ///< [m/m] what stands out more steeply is no ground (ours)
@@ -201,9 +201,9 @@ inline void require_valid(const mapping_options& options) {
   require_valid(options.stems);
   detail::require(options.voxel_size >= 1e-4 && options.voxel_size <= 10,
                   "voxel_size must lie in [0.0001, 10] m");
-  detail::require(!options.link_distance ||
-                      (*options.link_distance >= 1e-4 && *options.link_distance <= 1000),
-                  "link_distance must lie in [0.0001, 1000] m");
+  detail::require(
+      !options.link_distance || (*options.link_distance >= 1e-4 && *options.link_distance <= 1000),
+      "link_distance must lie in [0.0001, 1000] m");
 }
 
 }  // namespace globalmatch

@@ -103,7 +103,7 @@ class terrain {
   int columns = 0, rows = 0;
   std::vector<float> heights;               ///< row by row; interpolated where no ground was seen
   std::vector<std::uint8_t> has_data;       ///< 1 where ground was seen near the node
-  std::vector<detail::vec3f> ground;      ///< the ground points the heights were fitted to, node by node
+  std::vector<detail::vec3f> ground;        ///< the ground points the heights were fitted to, node by node
   std::vector<std::uint32_t> first_ground;  ///< of each node, in `ground`; one more than nodes, or empty
 
   bool empty() const { return heights.empty(); }
@@ -161,14 +161,14 @@ constexpr double breast_height = 1.3;  // [m] above the ground, where diameters 
 /// A stem, in the frame of its scan.
 struct stem {
   Eigen::Vector3d position = {0, 0, 0};  ///< [m] where the axis meets the terrain
-  Eigen::Vector3d axis = {0, 0, 1};     ///< unit, pointing up
-  double radius = 0;                                   ///< [m] at breast height, 1.3 m above the ground
-  double radius_sigma = 0;                             ///< [m] uncertainty of the radius
-  double taper = 0;                                    ///< [m/m] by which it grows thinner upwards
-  double position_sigma = 0;                           ///< [m] uncertainty in plan of the axis
-  double height_sigma = 0;                             ///< [m] uncertainty of the ground's height
-  double quality = 1;                                  ///< probability that it is a stem, `stem_quality`
-  bool ground_seen = true;                             ///< false: the terrain is interpolated there
+  Eigen::Vector3d axis = {0, 0, 1};      ///< unit, pointing up
+  double radius = 0;                     ///< [m] at breast height, 1.3 m above the ground
+  double radius_sigma = 0;               ///< [m] uncertainty of the radius
+  double taper = 0;                      ///< [m/m] by which it grows thinner upwards
+  double position_sigma = 0;             ///< [m] uncertainty in plan of the axis
+  double height_sigma = 0;               ///< [m] uncertainty of the ground's height
+  double quality = 1;                    ///< probability that it is a stem, `stem_quality`
+  bool ground_seen = true;               ///< false: the terrain is interpolated there
   /// Points of the scan that lie on it, increasing; of those that were not thinned out
   std::vector<point_index> support;
 };
@@ -183,19 +183,19 @@ struct point_traits<stem> {
 /// How stems stand.
 struct upright_direction {
   Eigen::Vector3d up = {0, 0, 1};  ///< unit, frame of the stems
-  double sigma = 0;                               ///< [rad] standard deviation, in any direction
+  double sigma = 0;                ///< [rad] standard deviation, in any direction
 };
 
 /// What is known of a scan once its stems are mapped; everything that matching and registration need.
 struct stem_map {
-  std::vector<stem> stems;                              ///< ordered by position, frame of the scan
-  globalmatch::terrain terrain;                         ///< heights, local frame
-  Eigen::Vector3d up = {0, 0, 1};        ///< the vertical, unit, frame of the scan
-  Eigen::Vector3d given_up = {0, 0, 1};  ///< what the caller gave for it, unit
-  bool up_by_stems = false;                             ///< the vertical comes from the stems
-  std::optional<upright_direction> upright;             ///< how the stems stand, frame of the scan
-  double spacing_near = 0;        ///< [m] of the understory points: a tenth are closer together
-  double spacing_far = 0;         ///< [m] a tenth are wider apart
+  std::vector<stem> stems;                   ///< ordered by position, frame of the scan
+  globalmatch::terrain terrain;              ///< heights, local frame
+  Eigen::Vector3d up = {0, 0, 1};            ///< the vertical, unit, frame of the scan
+  Eigen::Vector3d given_up = {0, 0, 1};      ///< what the caller gave for it, unit
+  bool up_by_stems = false;                  ///< the vertical comes from the stems
+  std::optional<upright_direction> upright;  ///< how the stems stand, frame of the scan
+  double spacing_near = 0;                   ///< [m] of the understory points: a tenth are closer together
+  double spacing_far = 0;                    ///< [m] a tenth are wider apart
   double distance_tolerance = 0;  ///< [m] points this near a stem's surface were taken to lie on it
   std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
   std::vector<Eigen::Vector3d> stem_samples;    ///< points on the stems, thinned, frame of the scan

@@ -70,8 +70,8 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
 /// is an answer: the funnel then says where they were lost. Throws `std::invalid_argument` naming a bad
 /// option. Cost: linear in the points, n log n in the understory.
 template <point_range R>
-stem_map map_stems(const R& scan, const mapping_options& options = {},
-                   const Eigen::Vector3d& up = {0, 0, 1}, const execution& exec = {}) {
+stem_map map_stems(const R& scan, const mapping_options& options = {}, const Eigen::Vector3d& up = {0, 0, 1},
+                   const execution& exec = {}) {
   require_valid(options);
   const detail::parallel_scope scope(exec, "ground");
   try {

@@ -11,8 +11,8 @@ namespace globalmatch::detail {
 /// A levelled frame near the points: its z axis is `up`. For `up` = +z it only shifts, so that coordinates
 /// stay exact.
 struct local_frame {
-  vec3 origin;                          ///< [m] in the frame of the scan
-  mat3 rotation = mat3::identity();     ///< local from scan
+  vec3 origin;                       ///< [m] in the frame of the scan
+  mat3 rotation = mat3::identity();  ///< local from scan
 
   vec3 to_local(const vec3& p) const { return is_level() ? p - origin : rotation * (p - origin); }
   bool is_level() const { return rotation(2, 2) == 1; }  ///< it only shifts

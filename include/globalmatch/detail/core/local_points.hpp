@@ -1,7 +1,6 @@
 // The structure of arrays that all mapping steps share once a scan has crossed the border.
 #pragma once
 
-
 #include <algorithm>
 #include <cstddef>
 #include <limits>
@@ -114,8 +113,7 @@ void read_in_chunks(const R& scan, const execution& exec, std::string_view stage
   if (count > std::numeric_limits<point_index>::max()) refuse_size();
   const auto visit_from = [](auto& at, std::size_t begin, std::size_t end) {
     return [&at, begin, end](const auto& visit) {
-      for (std::size_t i = begin; i < end; ++i, ++at)
-        visit(xyz(*at), static_cast<point_index>(i));
+      for (std::size_t i = begin; i < end; ++i, ++at) visit(xyz(*at), static_cast<point_index>(i));
     };
   };
   prepare((count + chunk_size - 1) / chunk_size);

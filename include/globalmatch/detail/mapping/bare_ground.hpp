@@ -79,8 +79,8 @@ inline std::vector<local_plane> planes_of_blocks(const lowest_of_blocks& lowest,
             for (int bc = std::max(c - half_width, 0); bc <= right; ++bc)
               if (const vec3f& p = lowest.points[lowest.block(bc, br)]; !std::isnan(p.z)) nearby.push_back(p);
           if (nearby.size() >= min_points)
-            planes[lowest.block(c, int(row))] =
-                plane_under(nearby, float((c + 0.5) * lowest.width), float((double(row) + 0.5) * lowest.width));
+            planes[lowest.block(c, int(row))] = plane_under(nearby, float((c + 0.5) * lowest.width),
+                                                            float((double(row) + 0.5) * lowest.width));
         }
       },
       8);
@@ -112,8 +112,8 @@ inline std::vector<float> planes_under_vegetation(const lowest_raster& lowest, i
         for (int c = 0; c < columns; ++c) {
           const int bc = c / nodes_a_block;
           const double x = (c + 0.5) * 2 * lowest.resolution, y = (double(row) + 0.5) * 2 * lowest.resolution;
-          heights[row * std::size_t(columns) + std::size_t(c)] =
-              planes[blocks.block(bc, br)].at(float(x - (bc + 0.5) * blocks.width), float(y - (br + 0.5) * blocks.width));
+          heights[row * std::size_t(columns) + std::size_t(c)] = planes[blocks.block(bc, br)].at(
+              float(x - (bc + 0.5) * blocks.width), float(y - (br + 0.5) * blocks.width));
         }
       },
       16);

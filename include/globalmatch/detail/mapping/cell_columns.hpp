@@ -3,7 +3,6 @@
 // sorted.
 #pragma once
 
-
 #include <algorithm>
 #include <array>
 #include <cstddef>

@@ -131,8 +131,7 @@ class column_raster {
   template <class Visit>
   void for_each_column(const box_in_plan& box, const Visit& visit) const {
     const auto number = [&](double v) { return whole_number(v / cell_); };
-    for_each_between(number(box.low.x), number(box.high.x), number(box.low.y),
-                     number(box.high.y), visit);
+    for_each_between(number(box.low.x), number(box.high.x), number(box.low.y), number(box.high.y), visit);
   }
   void update(column& c) {
     std::uint64_t around = 0;

@@ -254,7 +254,7 @@ class column_search {
   const stem_cylinder_options& options_;
   double max_slope_;
   column_raster columns_;
-  column_sample sample_;            // reused memory
+  column_sample sample_;  // reused memory
   std::vector<point_index> near_;
 };
 

@@ -15,10 +15,10 @@ constexpr double default_distance_tolerance = 0.02;  // [m]
 
 /// An endless cylinder.
 struct cylinder {
-  vec3 point;           ///< [m] a point on the axis
-  vec3 axis{0, 0, 1};   ///< unit, pointing up
-  double radius = 0;    ///< [m] at `point`
-  double taper = 0;     ///< [m/m] by which it grows thinner upwards
+  vec3 point;          ///< [m] a point on the axis
+  vec3 axis{0, 0, 1};  ///< unit, pointing up
+  double radius = 0;   ///< [m] at `point`
+  double taper = 0;    ///< [m/m] by which it grows thinner upwards
 
   /// Distance [m] of p from the axis.
   double axis_distance(const vec3& p) const { return axis.cross(p - point).norm(); }
@@ -48,9 +48,9 @@ inline std::optional<circle> circle_through(const vec2& a, const vec2& b, const 
   const vec2 u = b - a, v = c - a;
   const double cross = u.x * v.y - u.y * v.x;
   if (std::abs(cross) < 1e-9) return std::nullopt;
-  const vec2 center = vec2{v.y * u.squared_norm() - u.y * v.squared_norm(),
-                           u.x * v.squared_norm() - v.x * u.squared_norm()} /
-                      (2 * cross);
+  const vec2 center =
+      vec2{v.y * u.squared_norm() - u.y * v.squared_norm(), u.x * v.squared_norm() - v.x * u.squared_norm()} /
+      (2 * cross);
   return circle{{a.x + center.x, a.y + center.y}, center.norm()};
 }
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <span>
 
-#include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/float_lanes.hpp"
+#include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/small_solver.hpp"
 #include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/mapping_options.hpp"

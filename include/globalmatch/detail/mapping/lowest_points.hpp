@@ -145,8 +145,7 @@ inline lowest_raster make_raster(const std::vector<gathered_tile>& tiles, const 
 
   // Whole metres above the first point: a shifted scan then gives the same local coordinates, bit for bit.
   const double tile_size = resolution * tile_cells, bottom = std::floor(upper_median(heights));
-  raster.frame.origin =
-      frame.to_scan({double(low.column) * tile_size, double(low.row) * tile_size, bottom});
+  raster.frame.origin = frame.to_scan({double(low.column) * tile_size, double(low.row) * tile_size, bottom});
   raster.columns = int(high.column - low.column + 1) * tile_cells;
   raster.rows = int(high.row - low.row + 1) * tile_cells;
   raster.points.assign(std::size_t(raster.columns) * std::size_t(raster.rows), no_point);
@@ -159,7 +158,8 @@ inline lowest_raster make_raster(const std::vector<gathered_tile>& tiles, const 
         for (int i = 0; i < tile_cells * tile_cells; ++i) {
           const tiled_minima::lowest& lowest = tile.cells[std::size_t(i)];
           if (lowest.empty()) continue;
-          raster.points[raster.cell(column * tile_cells + i % tile_cells, row * tile_cells + i / tile_cells)] =
+          raster
+              .points[raster.cell(column * tile_cells + i % tile_cells, row * tile_cells + i / tile_cells)] =
               vec3f(corner + vec3{lowest.x, lowest.y, lowest.z});
         }
       },

@@ -30,8 +30,7 @@ inline std::vector<point_index> thin_in_cells(const local_points& sorted,
   for (const point_index i : chosen) {
     const vec3 at = vec3(sorted[i]) * (1 / cell_width) + vec3{below, below, below};
     const std::int32_t own[3] = {std::int32_t(at.x), std::int32_t(at.y), std::int32_t(at.z)};
-    const vec3 from_middle =
-        at - vec3{double(own[0]), double(own[1]), double(own[2])} - vec3{0.5, 0.5, 0.5};
+    const vec3 from_middle = at - vec3{double(own[0]), double(own[1]), double(own[2])} - vec3{0.5, 0.5, 0.5};
     const double squared = from_middle.squared_norm();
     const bool is_same = own[0] == cell[0] && own[1] == cell[1] && own[2] == cell[2];
     if (is_same && squared >= minimum) continue;

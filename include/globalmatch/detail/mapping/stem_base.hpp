@@ -3,7 +3,6 @@
 // uncertainty.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -82,9 +81,7 @@ inline std::optional<ground_height> ground_at(const terrain& ground, double x, d
     normal(2, 2) += ridge * weights;
     const mat3 inverse = normal.inverse();
     const vec3 plane = inverse * right;
-    const auto residual = [&](const vec3& d) {
-      return d.z - reference - plane.dot({1, d.x, d.y});
-    };
+    const auto residual = [&](const vec3& d) { return d.z - reference - plane.dot({1, d.x, d.y}); };
     double squares = 0;
     for (const vec3& d : around) squares += weight(d) * residual(d) * residual(d);
     const double noise = std::sqrt(squares / weights);

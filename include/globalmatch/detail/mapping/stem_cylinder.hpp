@@ -42,8 +42,7 @@ void for_each_near(const cell_columns& understory, const cylinder& c, double dis
   const double horizontal_extent = half_height * c.axis.xy().norm() / c.axis.z;
   const double max_distance = c.radius + distance + half_height * std::abs(c.taper);
   understory.for_each_run_near(
-      c.point.x, c.point.y, max_distance + horizontal_extent,
-      [&](std::uint32_t begin, std::uint32_t end) {
+      c.point.x, c.point.y, max_distance + horizontal_extent, [&](std::uint32_t begin, std::uint32_t end) {
         for (std::uint32_t i = begin; i < end; ++i) {
           const double dx = points.x[i] - c.point.x, dy = points.y[i] - c.point.y,
                        dz = points.z[i] - c.point.z;

@@ -1,7 +1,6 @@
 // Stem positions ([GM] 3.1): where a stem's axis meets the terrain. Fragments of one stem become one.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -53,8 +52,8 @@ inline void absorb(stem_cylinder& whole, const stem_cylinder& part, const local_
   whole.support = std::move(support);
 }
 
-/// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork) to the better
-/// supported one. Cylinders that do not meet the terrain are left out.
+/// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork) to the
+/// better supported one. Cylinders that do not meet the terrain are left out.
 inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const local_points& understory,
                                                   const terrain& ground, const cylinder_options& options) {
   std::vector<stem_fragment> merged;

@@ -3,7 +3,6 @@
 // placed. [GM] fits cylinders proper to all points. Parallel over stems.
 #pragma once
 
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -26,7 +25,7 @@ namespace globalmatch::detail {
 /// Points on a stem above the root flare, on which a taper that is no stem's would bend the axis; none where
 /// the stem does not meet the terrain.
 inline std::vector<vec3> above_root_flare(const stem_cylinder& stem, const local_points& points,
-                                                     const terrain& ground) {
+                                          const terrain& ground) {
   constexpr double root_flare = 0.4;       // [m] above the ground
   constexpr std::size_t max_points = 800;  // that are fitted
   std::vector<vec3> above;
@@ -34,8 +33,7 @@ inline std::vector<vec3> above_root_flare(const stem_cylinder& stem, const local
   if (!base) return above;
   const std::size_t step = (stem.support.size() + max_points - 1) / max_points;
   for (std::size_t k = 0; k < stem.support.size(); k += step)
-    if (const auto p = points[stem.support[k]]; p.z > base->z + root_flare)
-      above.push_back(vec3(p));
+    if (const auto p = points[stem.support[k]]; p.z > base->z + root_flare) above.push_back(vec3(p));
   return above;
 }
 

@@ -25,9 +25,7 @@ class tiled_minima {
     float x = 0, y = 0;  // from the corner of the tile
     bool empty() const { return std::isinf(z); }
     /// Equally low points are ordered by their place, so that the order of points does not matter.
-    bool operator<(const lowest& o) const {
-      return z != o.z ? z < o.z : x != o.x ? x < o.x : y < o.y;
-    }
+    bool operator<(const lowest& o) const { return z != o.z ? z < o.z : x != o.x ? x < o.x : y < o.y; }
   };
   static constexpr std::size_t cells_a_tile = tile_cells * tile_cells;
   /// Number of a tile.
@@ -99,8 +97,8 @@ class tiled_minima {
   bool keep(const vec3& p, const place& at) {
     if (at.tile == elsewhere) return keep_far(p);
     if (near_[at.tile] == &none_)
-      near_[at.tile] = &tile_at({int(at.tile / near_tiles) - int(near_tiles / 2),
-                                 int(at.tile % near_tiles) - int(near_tiles / 2)});
+      near_[at.tile] = &tile_at(
+          {int(at.tile / near_tiles) - int(near_tiles / 2), int(at.tile % near_tiles) - int(near_tiles / 2)});
     keep_in(*near_[at.tile], at.cell, p);
     return true;
   }
@@ -146,9 +144,10 @@ class tiled_minima {
 
   double per_cell_, tile_size_;
   std::vector<std::unique_ptr<tile>> tiles_;
-  std::vector<std::uint32_t> slots_ = std::vector<std::uint32_t>(256, 0);  // hash table: 1 + place in `tiles_`
-  tile none_;                // where no point was yet, and elsewhere
-  std::vector<tile*> near_;  // found without a search
+  std::vector<std::uint32_t> slots_ =
+      std::vector<std::uint32_t>(256, 0);  // hash table: 1 + place in `tiles_`
+  tile none_;                              // where no point was yet, and elsewhere
+  std::vector<tile*> near_;                // found without a search
 };
 
 }  // namespace globalmatch::detail

@@ -2,7 +2,6 @@
 // In: points of a scan (one pass) and its terrain. Out: `local_points` in the terrain's frame.
 #pragma once
 
-
 #include <algorithm>
 #include <array>
 #include <cstddef>

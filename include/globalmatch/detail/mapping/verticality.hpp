@@ -3,7 +3,6 @@
 // points around each.
 #pragma once
 
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>

@@ -14,8 +14,7 @@
 namespace globalmatch::detail {
 
 inline std::vector<float> cloth_cell_minima(const lowest_raster& lowest, int columns, int rows) {
-  std::vector<float> minima(std::size_t(columns) * std::size_t(rows),
-                            not_known);
+  std::vector<float> minima(std::size_t(columns) * std::size_t(rows), not_known);
   for (int r = 0; r < lowest.rows; ++r)
     for (int c = 0; c < lowest.columns; ++c) {
       if (!lowest.holds(c, r)) continue;

@@ -1,6 +1,6 @@
-// Cylinder by RANSAC (Fischler and Bolles 1981) over a few oriented points, then least squares ([GM] 3.1, which
-// gives no values: the options are ours). In: points with normals in a levelled local frame. Out: the cylinder
-// most of them lie on. Cost: iterations times points.
+// Cylinder by RANSAC (Fischler and Bolles 1981) over a few oriented points, then least squares ([GM] 3.1,
+// which gives no values: the options are ours). In: points with normals in a levelled local frame. Out: the
+// cylinder most of them lie on. Cost: iterations times points.
 #pragma once
 
 #include <algorithm>

@@ -23,7 +23,7 @@ namespace globalmatch::detail {
 
 /// The surface around a point.
 struct local_surface {
-  vec3f normal;  ///< unit, sign arbitrary; zero where there are too few neighbours
+  vec3f normal;       ///< unit, sign arbitrary; zero where there are too few neighbours
   float spacing = 0;  ///< [m] distance of points on the surface: that of a square grid of equal density
 
   /// [GM] Eq. (1); 0 without a normal.

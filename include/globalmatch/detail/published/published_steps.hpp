@@ -1,4 +1,5 @@
-// The steps of mapping as [GM] 3.1 has them, where the options ask for them: the one place where that is decided.
+// The steps of mapping as [GM] 3.1 has them, where the options ask for them: the one place where that is
+// decided.
 #pragma once
 
 #include "globalmatch/detail/mapping/mapping_steps.hpp"

@@ -2,7 +2,6 @@
 // points.
 #pragma once
 
-
 #include <algorithm>
 #include <array>
 #include <cmath>
