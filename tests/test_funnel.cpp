@@ -40,6 +40,10 @@ TEST_CASE("the funnels hang together: what a step is given is what an earlier on
     CHECK(!s.remedy.empty());
   }
 
+  CHECK(steps[3].what == "cells");
+  f.by_cells = false;
+  CHECK(explain(f)[3].what == "thinned points");
+
   matching_funnel m;
   m.source_stems = 20;
   m.target_stems = 30;

@@ -332,7 +332,7 @@ TEST_CASE("bad ground options are refused by name") {
     return message_of([&] { model_ground(std::vector<Vector3d>{}, options); });
   };
   CHECK(message([](ground_options&) {}).empty());
-  for (const double bad : {0.0, -1.0, nan}) {
+  for (const double bad : {0.0, -1.0, nan, std::numeric_limits<double>::infinity()}) {
     CHECK(message([&](auto& o) { o.resolution = bad; }).starts_with("ground.resolution"));
     CHECK(message([&](auto& o) { o.cloth.time_step = bad; }).starts_with("ground.cloth.time_step"));
     CHECK(message([&](auto& o) { o.cloth.gravity = bad; }).find("ground.cloth.gravity") != std::string::npos);
@@ -341,6 +341,7 @@ TEST_CASE("bad ground options are refused by name") {
     CHECK(message([&](auto& o) { o.ground_band = bad; }).starts_with("ground.ground_band"));
     CHECK(message([&](auto& o) { o.hole_radius = bad; }).starts_with("ground.hole_radius"));
   }
+  CHECK(message([](auto& o) { o.resolution = 1e-12; }).starts_with("ground.resolution"));
   for (const double bad : {-1.0, nan}) {
     CHECK(message([&](auto& o) {
             o.cloth.convergence_threshold = bad;

@@ -172,7 +172,7 @@ TEST_CASE("the stems of a scan in map coordinates are moved by exactly the shift
     CHECK((there.stems[i].support == here.stems[i].support));
   }
   CHECK((there.terrain.heights == here.terrain.heights));
-  CHECK(there.terrain.frame.origin == here.terrain.frame.origin + shift);
+  CHECK(there.terrain.frame.origin == here.terrain.frame.origin + detail::vec3::from(shift));
 }
 
 TEST_CASE("stems of a turned scan turn along, when up is said") {
@@ -247,10 +247,12 @@ TEST_CASE("stems are ordered by position, and their supports are points of the s
     CHECK(s.radius_sigma < 0.01);
     CHECK(s.quality > 0.9);
     CHECK(s.quality < 1);
-    const cylinder c{s.position + s.axis * breast_height / s.axis.z(), s.axis, s.radius, s.taper};
+    const cylinder c{detail::vec3::from(Vector3d(s.position + s.axis * breast_height / s.axis.z())),
+                     detail::vec3::from(s.axis), s.radius, s.taper};
     double furthest = 0;
     for (const point_index p : s.support) {
-      furthest = std::max(furthest, std::abs(c.surface_distance(truth.scan[p].cast<double>())));
+      furthest =
+          std::max(furthest, std::abs(c.surface_distance(detail::vec3(detail::vec3f::from(truth.scan[p])))));
       seen.insert(p);
     }
     CHECK(furthest < map.distance_tolerance + 1e-3);
@@ -365,14 +367,14 @@ TEST_CASE("map_stems refuses bad arguments by name") {
     return message_of([&] { map_stems(nothing, options); });
   };
   CHECK(message([](mapping_options&) {}).empty());
-  for (const double bad : {0.0, -1.0, nan}) {
+  for (const double bad : {0.0, -1.0, nan, 1e-12, std::numeric_limits<double>::infinity()}) {
     CHECK(message([&](auto& o) { o.voxel_size = bad; }).starts_with("voxel_size"));
     CHECK(message([&](auto& o) { o.link_distance = bad; }).starts_with("link_distance"));
     CHECK(message([&](auto& o) { o.verticality.radius = bad; }).starts_with("verticality.radius"));
     CHECK(message([&](auto& o) { o.stems.column_width = bad; }).starts_with("stems.column_width"));
   }
   CHECK(message([](auto& o) { o.understory.min_height = 3; }).starts_with("understory.min_height"));
-  CHECK(message([](auto& o) { o.stems.cylinder.max_iterations = 0; }).find("cylinder.draws") !=
+  CHECK(message([](auto& o) { o.stems.cylinder.max_iterations = 0; }).find("cylinder.max_iterations") !=
         std::string::npos);
   for (const Vector3d& up : {Vector3d(0, 0, 0), Vector3d(nan, 0, 1)})
     CHECK(message_of([&] { map_stems(nothing, {}, up); }).starts_with("up must be"));
@@ -435,6 +437,15 @@ TEST_CASE("15 of 16 real pines are found in each half, and at most one stem that
 TEST_CASE("28 of 30 real conifers are found in each half, and at most one stem that is none", "[slow]") {
   check_real_pair("dense_conifers", "interleaved", 28);
   check_real_pair("dense_conifers", "virtualscans", 28);
+}
+
+TEST_CASE("an up of any length is made a unit vector") {
+  const scenes::cloud nothing;
+  for (const double length : {1e-200, 1e-3, 1e200}) {
+    const stem_map map = map_stems(nothing, {}, length * Vector3d(3, 0, 4));
+    CHECK((map.up - Vector3d(0.6, 0, 0.8)).norm() < 1e-15);
+    CHECK((map.given_up - Vector3d(0.6, 0, 0.8)).norm() < 1e-15);
+  }
 }
 
 }  // namespace globalmatch

@@ -26,7 +26,7 @@ struct cloth_options {
                             ///< lies within this of a resting neighbour's ([CSF] h_cc)
 };
 
-/// How the ground is told from what grows on it.
+/// How ground is separated from what grows on it.
 enum class ground_filter {
   planes,      ///< local planes under the lowest points, from those of blocks upwards (ours)
   cloth,       ///< a cloth that falls on the lowest points from below ([GM] 3.1)
@@ -80,7 +80,7 @@ inline void require_valid(const understory_options& options) {
 struct verticality_options {
   bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
   /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells,
-  /// which lets through stems that lean by 30 degrees: cylinders are then what stems are told by.
+  /// which lets through stems that lean by 30 degrees: cylinders then decide.
   std::optional<double> threshold = {};
   /// [m] radius of the ball whose points make the normal ([GM] 3.1: 0.10). Empty: 0.10 where such a ball
   /// holds `min_neighbors`, else as much more as it takes to hold them, up to `max_radius`.
@@ -174,7 +174,7 @@ enum class stem_point_rule {
 /// Where the vertical of a map comes from.
 enum class vertical_rule {
   given,            ///< from the caller ([GM] takes scans as levelled)
-  stems_if_tilted,  ///< from the stems where they stand clearly askew to what the caller gave (ours)
+  stems_if_tilted,  ///< from the stems where they stand clearly tilted against what the caller gave (ours)
   stems,            ///< from the stems, if there are enough (ours)
 };
 

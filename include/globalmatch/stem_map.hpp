@@ -205,8 +205,8 @@ struct stem_map {
 };
 
 namespace detail {
-/// Whether stems are clearly tilted against `up` (unit): by more than they may be by chance, and more than
-/// stands are that lean with the wind.
+/// Whether stems are clearly tilted against `up` (unit): by more than their uncertainty explains, and more
+/// than stands are that lean with the wind.
 template <class V>
 bool is_tilted(const upright_direction& upright, const V& up) {
   constexpr double deviations = 4, usual = 4 * std::numbers::pi / 180;  // [rad]

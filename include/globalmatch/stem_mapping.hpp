@@ -77,7 +77,7 @@ stem_map map_stems(const R& scan, const mapping_options& options = {}, const Eig
   try {
     stem_map map = detail::map_stems_along(scan, options, detail::vec3::from(up), exec);
     if (detail::takes_vertical_from_stems(map, options)) {
-      if (detail::is_far_from_upright(map)) {  // stems were lost: once more with theirs
+      if (detail::is_far_from_upright(map)) {  // stems were lost: map along theirs
         const Eigen::Vector3d given = map.given_up;
         map = detail::map_stems_along(scan, options, detail::vec3::from(map.upright->up), exec);
         map.given_up = given;

@@ -1,4 +1,4 @@
-// The structure of arrays that all mapping steps share once a scan has crossed the border.
+// The structure of arrays that all mapping steps share once a scan is imported.
 #pragma once
 
 #include <algorithm>

@@ -31,14 +31,14 @@ inline std::uint64_t height_bit(double z) {
   return std::uint64_t(1) << (whole_number(z / height_bin) & 63);
 }
 
-/// A rectangle in plan [m].
-struct box_in_plan {
+/// A horizontal rectangle [m].
+struct rectangle {
   vec2 low, high;
 
-  box_in_plan widened(double by) const { return {low - vec2{by, by}, high + vec2{by, by}}; }
+  rectangle widened(double by) const { return {low - vec2{by, by}, high + vec2{by, by}}; }
 };
-inline box_in_plan square_about(const vec2& center, double half) {
-  return box_in_plan{center, center}.widened(half);
+inline rectangle square_about(const vec2& center, double half) {
+  return rectangle{center, center}.widened(half);
 }
 
 /// The points of a cluster in narrow columns, and which of them fill most height.
@@ -77,7 +77,7 @@ class column_raster {
   }
 
   /// How many points are left in the columns of a box.
-  std::size_t count_in(const box_in_plan& box) const {
+  std::size_t count_in(const rectangle& box) const {
     std::size_t count = 0;
     for_each_column(box, [&](const column& c) {
       if (c.filled != 0) count += c.end - c.begin;
@@ -86,7 +86,7 @@ class column_raster {
   }
   /// Calls `visit(member)` for every so many of them.
   template <class Visit>
-  void for_each_in(const box_in_plan& box, std::size_t step, const Visit& visit) const {
+  void for_each_in(const rectangle& box, std::size_t step, const Visit& visit) const {
     std::size_t skip = 0;
     for_each_column(box, [&](const column& c) {
       if (c.filled == 0) return;
@@ -98,7 +98,7 @@ class column_raster {
 
   /// Takes out the columns of a box whose middle is such that `gone(x, y)`.
   template <class Gone>
-  void remove(const box_in_plan& box, const Gone& gone) {
+  void remove(const rectangle& box, const Gone& gone) {
     for_each_column(box, [&](const column& c) {
       if (gone((c.x + 0.5) * cell_, (c.y + 0.5) * cell_)) const_cast<column&>(c).filled = 0;
     });
@@ -129,7 +129,7 @@ class column_raster {
     }
   }
   template <class Visit>
-  void for_each_column(const box_in_plan& box, const Visit& visit) const {
+  void for_each_column(const rectangle& box, const Visit& visit) const {
     const auto number = [&](double v) { return whole_number(v / cell_); };
     for_each_between(number(box.low.x), number(box.high.x), number(box.low.y), number(box.high.y), visit);
   }

@@ -38,7 +38,7 @@ struct vertical_line {
 
   vec2 at_height(double z) const { return at + slope * (z - z0); }
   /// What it passes in plan, over more than the understory layer.
-  box_in_plan seen_from_above() const {
+  rectangle seen_from_above() const {
     constexpr double half_height = 2;  // [m]
     const vec2 a = at_height(z0 - half_height), b = at_height(z0 + half_height);
     return {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
@@ -173,7 +173,7 @@ inline std::optional<cylinder> fit_along_line(const cylinder_fitter&, const colu
 
 /// Takes the columns that a stem stands in out of a raster: those near the axis at some height that it was
 /// seen at, of the columns in `around`.
-inline void remove_stem(column_raster& columns, const box_in_plan& around, const cylinder& c) {
+inline void remove_stem(column_raster& columns, const rectangle& around, const cylinder& c) {
   constexpr double half_height = 1.5, surroundings = 0.05;  // [m]
   const vec2 slope = c.axis.xy() / c.axis.z;
   columns.remove(around.widened(c.radius), [&](double x, double y) {
@@ -202,7 +202,7 @@ class column_search {
     for (auto column = columns_.densest(); column && stems.size() < maximum; column = columns_.densest()) {
       poll_cancelled();
       if (column->bins * height_bin < min_filled_share * options_.min_height) break;
-      const box_in_plan around = square_about(column->center, search_radius + 1.5 * max_slope_);
+      const rectangle around = square_about(column->center, search_radius + 1.5 * max_slope_);
       std::optional<stem_cylinder> stem;
       if (sample_column(column->center, around))
         if (const auto fit = fitter_.fit(fitter_, sample_, options_.cylinder, random))
@@ -226,7 +226,7 @@ class column_search {
   }
 
   /// Follows the column about a place, and samples the points near it; false when it is not high enough.
-  bool sample_column(const vec2& center, const box_in_plan& around) {
+  bool sample_column(const vec2& center, const rectangle& around) {
     const local_points& points = understory_.points();
     sample_.points.clear();
     columns_.for_each_in(around, step_for(columns_.count_in(around)),

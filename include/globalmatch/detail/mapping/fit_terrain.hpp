@@ -101,7 +101,7 @@ inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrai
 }
 
 /// Fits the terrain to the lowest points near a surface under the vegetation, `heights` at its nodes: planes
-/// through what lies around each node, once more without what stands out upwards; where too little lies
+/// through what lies around each node, refitted without what stands out upwards; where too little lies
 /// there, through what lies in ever larger blocks.
 inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heights, int columns, int rows,
                            const ground_options& options, const execution& exec = {}) {

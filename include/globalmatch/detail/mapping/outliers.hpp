@@ -27,7 +27,7 @@ bool are_around(const lowest_raster& raster, int column, int row, int minimum, c
   return false;
 }
 
-/// With fewer points around it nobody can tell whether a point is an outlier.
+/// With fewer points around it a point cannot be called an outlier.
 constexpr int min_around = 4;
 
 /// Empties the cells whose point lies more than `depth` [m] below all but one of the points within two cells:

@@ -1,4 +1,4 @@
-// The taper of stems, from the scan itself: cylinders fitted anew above the root flare, and with the taper
+// The taper of stems, from the scan itself: cylinders refitted above the root flare, and with the taper
 // that the best seen stems of the scan show. In: stems with their support. Out: the same stems, better
 // placed. [GM] fits cylinders proper to all points. Parallel over stems.
 #pragma once
@@ -37,8 +37,8 @@ inline std::vector<vec3> above_root_flare(const stem_cylinder& stem, const local
   return above;
 }
 
-/// Fits a stem anew to its support above the root flare; it stays as it is where too little of it is seen
-/// there. Its uncertainty is told anew.
+/// Refits a stem to its support above the root flare; it stays as it is where too little of it is seen
+/// there. Its uncertainty is computed again.
 inline void refit_above_root_flare(stem_cylinder& stem, const local_points& points, const terrain& ground,
                                    double tolerance, const cylinder_options& options) {
   const auto above = above_root_flare(stem, points, ground);
@@ -74,7 +74,7 @@ inline std::optional<double> common_taper(const std::vector<stem_cylinder>& stem
   return upper_median(tapers);
 }
 
-/// Fits all stems anew above the root flare, with the taper that the scan's best seen stems tell in place of
+/// Refits all stems above the root flare, with the taper that the scan's best seen stems tell in place of
 /// `options.usual_taper`, where they do. One side of a stem tells its lean and its taper apart poorly, and a
 /// taper that is too small leans the axis, so that it meets the ground too near to the scanner. Without
 /// `options.usual_taper` the stems are cylinders proper and stay as they are.

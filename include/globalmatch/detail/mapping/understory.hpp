@@ -21,7 +21,7 @@
 namespace globalmatch::detail {
 
 /// The heights between which each cell of a terrain raster may hold understory points, and those between
-/// which it holds nothing else: most points are told by these, without interpolation. A border of one cell
+/// which it holds nothing else: most points are decided by these, without interpolation. A border of one cell
 /// lies around, for the points beyond.
 class layer_limits {
  public:
@@ -117,7 +117,7 @@ void for_each_in_layer(const point_batch& batch, const terrain& ground, const la
   for (std::size_t i = 0; i < batch.count; ++i) cells[i] = limits.cell(batch.x[i], batch.y[i]);
   std::array<unsigned, point_batch::capacity> candidates;
   std::size_t count = 0;
-  for (unsigned i = 0; i < batch.count; ++i) {  // without branches, which nobody could foretell
+  for (unsigned i = 0; i < batch.count; ++i) {  // without branches, which are unpredictable
     candidates[count] = i;
     count += limits.of(cells[i]).may_hold(batch.z[i]);
   }

@@ -1,4 +1,4 @@
-// The direction that the stems of a scan stand in: its vertical, where nobody levelled the scanner.
+// The direction that the stems of a scan stand in: its vertical, where the scanner was not level.
 // In: axes of stems. Out: their robust mean. Ours; [GM] takes scans as levelled. The ground has no say,
 // because slopes are no tilt.
 #pragma once

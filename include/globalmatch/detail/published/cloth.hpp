@@ -119,8 +119,8 @@ class falling_cloth {
   std::vector<std::uint8_t> fixed_;
 };
 
-/// Lays a cloth under the ground. `lowest` holds a height per cell [m], row by row, NaN where there is none;
-/// at least one is needed.
+/// Heights of a cloth under the ground. `lowest` holds a height per cell [m], row by row, NaN where there is
+/// none; at least one is needed.
 inline cloth simulate_cloth(std::vector<float> lowest, int columns, int rows,
                             const cloth_options& options = {}, const execution& exec = {}) {
   fill_from_nearest(lowest, columns, rows);
