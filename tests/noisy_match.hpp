@@ -17,9 +17,9 @@ using namespace detail;
 /// So many stems on 30 m by 20 m, and their least squares motion.
 struct noisy_match {
   position_set source, target;
-  Eigen::Isometry3d truth;
+  transform_of_scene truth;
   matching_context maps;
-  hypothesis best;
+  local_hypothesis best;
 
   noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
       : source(set_in_order(random_stems(random, stems, 30, 20))),
@@ -32,7 +32,7 @@ struct noisy_match {
   }
 
   /// What leads from the estimate to the truth.
-  Eigen::Isometry3d error() const { return truth * best.target_from_source.inverse(); }
+  Eigen::Isometry3d error() const { return truth * to_eigen(best.target_from_source.inverse()); }
 };
 
 }  // namespace globalmatch::scenes

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/eigen_border.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/transform.hpp"
@@ -47,6 +48,12 @@ inline positions lattice(int columns, int rows, double spacing) {
   return stems;
 }
 
+inline positions to_positions(const std::vector<vec3>& stems) {
+  positions result;
+  for (const vec3& p : stems) result.push_back(to_eigen(p));
+  return result;
+}
+
 /// Each stem moved by less than `radius` [m] in plan.
 inline positions jittered(positions stems, double radius, random_source& random) {
   for (Eigen::Vector3d& p : stems) {
@@ -64,15 +71,27 @@ inline positions noisy(positions stems, double sigma, random_source& random) {
   return stems;
 }
 
+inline positions noisy(const std::vector<vec3>& stems, double sigma, random_source& random) {
+  return noisy(to_positions(stems), sigma, random);
+}
+
+/// What callers and the internals both take.
+struct transform_of_scene : Eigen::Isometry3d {
+  transform_of_scene() : Eigen::Isometry3d(Eigen::Isometry3d::Identity()) {}
+  transform_of_scene(const Eigen::Isometry3d& t) : Eigen::Isometry3d(t) {}
+  transform_of_scene(const rigid& t) : Eigen::Isometry3d(to_eigen(t)) {}
+  operator rigid() const { return from_eigen(static_cast<const Eigen::Isometry3d&>(*this)); }
+};
+
 /// Rotation about the z axis [rad], then translation [m].
-inline Eigen::Isometry3d yaw_and_shift(double yaw, const Eigen::Vector3d& shift) {
-  Eigen::Isometry3d transform = Eigen::Isometry3d::Identity();
+inline transform_of_scene yaw_and_shift(double yaw, const Eigen::Vector3d& shift) {
+  transform_of_scene transform;
   transform.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   transform.translation() = shift;
   return transform;
 }
 
-inline Eigen::Isometry3d random_levelled_transform(random_source& random) {
+inline transform_of_scene random_levelled_transform(random_source& random) {
   const double yaw = uniform(random, -std::numbers::pi, std::numbers::pi);
   const double x = uniform(random, -50, 50), y = uniform(random, -50, 50), z = uniform(random, -5, 5);
   return yaw_and_shift(yaw, {x, y, z});
@@ -81,6 +100,9 @@ inline Eigen::Isometry3d random_levelled_transform(random_source& random) {
 inline positions moved(const Eigen::Isometry3d& transform, positions stems) {
   for (Eigen::Vector3d& p : stems) p = transform * p;
   return stems;
+}
+inline positions moved(const Eigen::Isometry3d& transform, const std::vector<vec3>& stems) {
+  return moved(transform, to_positions(stems));
 }
 
 /// A random permutation of 0, 1, ..., count - 1.
@@ -118,7 +140,7 @@ inline positions positions_of(const position_set& set) {
 /// Two scans of neighbouring parts of one plot.
 struct two_views {
   positions source, target;
-  Eigen::Isometry3d target_from_source;
+  transform_of_scene target_from_source;
 };
 
 /// Each view holds `stems` stems on 30 m by 30 m, of which the half that lies in the overlap is in both, with
@@ -150,6 +172,9 @@ inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry
   double largest = 0;
   for (const Eigen::Vector3d& p : stems) largest = std::max(largest, (estimate * p - truth * p).norm());
   return largest;
+}
+inline double max_error(const rigid& estimate, const Eigen::Isometry3d& truth, const positions& stems) {
+  return max_error(to_eigen(estimate), truth, stems);
 }
 
 }  // namespace globalmatch::scenes

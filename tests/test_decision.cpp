@@ -17,7 +17,7 @@ namespace {
 
 /// One that chance does not explain, unless told.
 hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
-  hypothesis h;
+  local_hypothesis h;
   h.log10_nfa = log10_nfa;
   for (stem_index i = 0; i < stems; ++i) h.correspondences.push_back({i, i});
   return h;
@@ -35,14 +35,14 @@ position_set in_a_row(std::size_t count, double offset) {
   return scenes::set_in_order(stems);
 }
 
-decision decision_on(const std::vector<hypothesis>& hypotheses, const position_set& source,
+decision decision_on(const std::vector<local_hypothesis>& hypotheses, const position_set& source,
                      const position_set& target, const decision_options& options = {}) {
   return decide(hypotheses, matching_context(source, target, true, degrees_of_freedom::four), options);
 }
 
 /// The decision on hypotheses that pair so many stems of two maps of 40.
 decision score_counts(const std::vector<std::size_t>& counts) {
-  std::vector<hypothesis> hypotheses;
+  std::vector<local_hypothesis> hypotheses;
   for (const std::size_t count : counts) hypotheses.push_back(pairing(count));
   const position_set stems = scattered(40);
   return decision_on(hypotheses, stems, stems);
@@ -66,7 +66,7 @@ TEST_CASE("a registered decision has no reason, any other one names the step, th
 }
 
 TEST_CASE("a map of fewer stems than needed is named") {
-  const std::vector<hypothesis> hypotheses = {pairing(3)};
+  const std::vector<local_hypothesis> hypotheses = {pairing(3)};
   const decision few_source = decision_on(hypotheses, scattered(3), scattered(20));
   CHECK(few_source.outcome == outcome::not_registered);
   CHECK_THAT(few_source.reason,
@@ -104,7 +104,7 @@ TEST_CASE("a rival that explains the stems half as well or better makes the best
 TEST_CASE("what only rows explain is ambiguous, for their shifts explain it as well") {
   const position_set stems = scattered(40);
   const auto decided = [&](double alarms, double at_random) {
-    hypothesis best = pairing(20, alarms);
+    local_hypothesis best = pairing(20, alarms);
     best.log10_nfa_poisson = at_random;
     return decision_on({best, pairing(15, 0)}, stems, stems);
   };
@@ -117,12 +117,12 @@ TEST_CASE("what only rows explain is ambiguous, for their shifts explain it as w
 TEST_CASE("stems in a line do not make a registration, however many") {
   for (const double offset : {0.0, 0.2}) {
     const position_set row = in_a_row(40, offset);
-    const decision v = decision_on(std::vector<hypothesis>{pairing(40)}, row, row);
+    const decision v = decision_on(std::vector<local_hypothesis>{pairing(40)}, row, row);
     CHECK(v.outcome == outcome::not_registered);
     CHECK_THAT(v.reason, Catch::StartsWith("matching: the 40 paired stems lie in a line"));
   }
   const position_set double_row = in_a_row(40, 2);
-  CHECK(decision_on(std::vector<hypothesis>{pairing(40)}, double_row, double_row).outcome ==
+  CHECK(decision_on(std::vector<local_hypothesis>{pairing(40)}, double_row, double_row).outcome ==
         outcome::registered);
 }
 
@@ -130,7 +130,7 @@ TEST_CASE("the spread is the standard deviation across the line, in plan") {
   const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
   CHECK(detail::minor_axis_sigma(pairing(4), stems) == Approx(1));
   const auto outcome_at = [&](double min_minor_axis_sigma) {
-    return decision_on(std::vector<hypothesis>{pairing(4)}, stems, stems,
+    return decision_on(std::vector<local_hypothesis>{pairing(4)}, stems, stems,
                        {.min_minor_axis_sigma = min_minor_axis_sigma})
         .outcome;
   };
@@ -140,7 +140,7 @@ TEST_CASE("the spread is the standard deviation across the line, in plan") {
 
 TEST_CASE("all stems at one place do not make a registration") {
   const position_set pile = scenes::set_in_order(positions(10, Eigen::Vector3d(1, 2, 3)));
-  CHECK(decision_on(std::vector<hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+  CHECK(decision_on(std::vector<local_hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
 }
 
 namespace {
@@ -154,7 +154,7 @@ decision score_raised(std::size_t count, std::uint64_t seed, const auto& rise, b
   for (Eigen::Vector3d& p : vertical_offset) p.z() += rise(p, random);
   const position_set source = scenes::set_in_order(level), target = scenes::set_in_order(vertical_offset);
   const matching_context maps(source, target, horizontal, dof, 100);
-  hypothesis h = pairing(count);
+  local_hypothesis h = pairing(count);
   h.target_from_source = *maps.fit(h.correspondences);
   return decide(std::vector{h}, maps);
 }

@@ -1,4 +1,5 @@
 #include "globalmatch/global_matching.hpp"
+#include "globalmatch/detail/matching/consensus_proposal.hpp"
 
 #include <limits>
 #include <map>
@@ -35,7 +36,7 @@ void require_algorithm_1(const position_set& source, const position_set& target,
                          const std::vector<triangle_pair>& pairs, bool horizontal, double epsilon) {
   const auto sets = oracles::consensus_sets(source, target, pairs, horizontal, epsilon);
   const matching_context maps(source, target, horizontal, four);
-  const consensus_finder finder(maps, pairs, epsilon);
+  const consensus_finder finder(maps.source, maps.target, maps.horizontal, pairs, epsilon);
   const auto bounds = consensus_bounds(finder, 0);
   const auto by_votes_alone = consensus_bounds(finder, std::numeric_limits<std::size_t>::max());
   auto by_agreement = bounds;
@@ -75,9 +76,9 @@ std::vector<triangle_pair> any_pairs(const position_set& source, const position_
   return pairs;
 }
 
-void require_same(const hypothesis& a, const hypothesis& b) {
+void require_same(const local_hypothesis& a, const local_hypothesis& b) {
   CHECK(a.correspondences == b.correspondences);
-  CHECK(a.target_from_source.matrix() == b.target_from_source.matrix());
+  CHECK(to_eigen(a.target_from_source).matrix() == to_eigen(b.target_from_source).matrix());
   CHECK(a.rms == b.rms);
   CHECK(a.consensus == b.consensus);
 }
@@ -86,7 +87,7 @@ void require_same(const hypothesis& a, const hypothesis& b) {
 bool agree(const position_set& source, const position_set& target, const triangle_pair& a,
            const triangle_pair& b, double epsilon = 0.05) {
   const matching_context maps(source, target, false, four);
-  const consensus_finder finder(maps, std::vector{a, b}, epsilon);
+  const consensus_finder finder(maps.source, maps.target, maps.horizontal, std::vector{a, b}, epsilon);
   CHECK(consensus_size(finder, 0) == consensus_size(finder, 1));
   return consensus_size(finder, 0) == 2;
 }
@@ -131,7 +132,7 @@ TEST_CASE("global consistency wants every difference strictly below the toleranc
   const position_set source =
       scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {8, 0, 0}, {9, 0, 0}, {10, 0, 0}});
   position_set target = source;
-  for (std::size_t i = 3; i < 6; ++i) target.at[i].x() += 0.5;
+  for (std::size_t i = 3; i < 6; ++i) target.at[i].x += 0.5;
   CHECK_FALSE(agree(source, target, first_pair, second_pair, 0.5));
   CHECK(agree(source, target, first_pair, second_pair, std::nextafter(0.5, 1)));
 }
@@ -195,7 +196,7 @@ TEST_CASE("bounds of large maps hold, and most seeds are ruled out by votes alon
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
   const auto pairs = local_pairs(source, target, false, 0.1, 12);
   const matching_context maps(source, target, false, four);
-  const consensus_finder finder(maps, pairs, 0.1);
+  const consensus_finder finder(maps.source, maps.target, maps.horizontal, pairs, 0.1);
   REQUIRE(finder.correspondences().size() > agreements::room);
   const std::size_t best = largest_consensus(finder).best.size;
   const auto bounds = consensus_bounds(finder, 0);
@@ -218,7 +219,7 @@ TEST_CASE("a sufficient consensus set ends the search") {
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
   const auto pairs = local_pairs(source, target, false, 0.1, 12);
   const matching_context maps(source, target, false, four);
-  const consensus_finder finder(maps, pairs, 0.1);
+  const consensus_finder finder(maps.source, maps.target, maps.horizontal, pairs, 0.1);
   const std::size_t largest = largest_consensus(finder).best.size;
   const std::size_t enough = largest_consensus(finder, 4).best.size;
   CHECK(enough >= 4);
@@ -229,7 +230,7 @@ TEST_CASE("a sufficient consensus set ends the search") {
 TEST_CASE("the consensus set of a single pair is itself") {
   const position_set stems = two_triangles(0);
   const matching_context maps(stems, stems, false, four);
-  const consensus_finder finder(maps, std::vector{first_pair}, 0.05);
+  const consensus_finder finder(maps.source, maps.target, maps.horizontal, std::vector{first_pair}, 0.05);
   CHECK(finder.consensus(0) == std::vector<std::uint32_t>{0});
 }
 
@@ -250,7 +251,7 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
     std::vector<std::uint32_t> all(consensus.size());
     std::iota(all.begin(), all.end(), 0u);
     const matching_context maps(stems, stems, false, four);
-    const auto chosen = vote_correspondences(consensus_finder(maps, consensus, 0.05), all);
+    const auto chosen = vote_correspondences(consensus_finder(maps.source, maps.target, maps.horizontal, consensus, 0.05), all);
     CHECK(std::is_sorted(chosen.begin(), chosen.end()));
     std::set<stem_index> sources, targets;
     for (const correspondence& c : chosen) {
@@ -267,7 +268,7 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
   }
 }
 
-TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but for those that it disproves") {
+TEST_CASE("propose_by_consensus ranks the correspondences of Algorithm 1 first, but for those that it disproves") {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);
@@ -276,9 +277,9 @@ TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but fo
     const position_set target = scenes::set_in_order(views.target);
     const auto pairs = local_pairs(source, target, false, 0.05);
     const auto expected = oracles::largest_consensus(source, target, pairs, false, 0.05);
-    const auto hypotheses = match_globally(matching_context(source, target, false, four), pairs, 0.05);
+    const auto hypotheses = propose_by_consensus(matching_context(source, target, false, four), pairs, 0.05);
     REQUIRE_FALSE(hypotheses.empty());
-    const hypothesis& best = hypotheses.front();
+    const local_hypothesis& best = hypotheses.front();
     CHECK(scenes::max_error(best.target_from_source, views.target_from_source, views.source) < 0.05);
     for (const correspondence& c : expected) {
       const double distance = (best.target_from_source * source.at[c.source] - target.at[c.target]).norm();
@@ -288,55 +289,60 @@ TEST_CASE("match_globally ranks the correspondences of Algorithm 1 first, but fo
   }
 }
 
-TEST_CASE("match_globally gives ranked and distinct hypotheses that stand") {
+TEST_CASE("propose_by_consensus gives ranked and distinct hypotheses that stand") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);
     const position_set source = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 15, 12, 12));
     const matching_context maps(source, target, false, four);
-    const auto hypotheses = match_globally(maps, local_pairs(source, target, false, 0.3), 0.3);
+    const auto hypotheses = propose_by_consensus(maps, local_pairs(source, target, false, 0.3), 0.3);
     CHECK(std::is_sorted(hypotheses.begin(), hypotheses.end(), ranks_before));
-    for (const hypothesis& a : hypotheses) {
+    for (const local_hypothesis& a : hypotheses) {
       CHECK(a.inlier_threshold == 0.3);
       CHECK(maps.pair_stems(a.target_from_source, 0.3) == a.correspondences);
-      for (const hypothesis& b : hypotheses)
+      for (const local_hypothesis& b : hypotheses)
         if (&a != &b) CHECK(differ(a, b, maps, 2 * 0.3));
     }
   }
 }
 
-TEST_CASE("match_globally finds at least two hypotheses on a lattice") {
+TEST_CASE("propose_by_consensus finds at least two hypotheses on a lattice") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::lattice(5, 5, 2.5));
-  const position_set target = scenes::set_in_order(scenes::jittered(stems.at, 0.02, random));
+  const position_set target = scenes::set_in_order(scenes::jittered(scenes::to_positions(stems.at), 0.02, random));
   const matching_context maps(stems, target, false, four);
   for (const global_matching_options options :
        {global_matching_options{}, {.max_hypotheses = 2, .max_seeds = 2}}) {
-    const auto hypotheses = match_globally(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
+    const auto hypotheses = propose_by_consensus(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
     CHECK(hypotheses.size() >= 2);
     CHECK(hypotheses.size() <= std::size_t(options.max_hypotheses));
   }
 }
 
-TEST_CASE("match_globally gives the same bits for any number of threads") {
+TEST_CASE("propose_by_consensus gives the same bits for any number of threads") {
   random_source random(2);
   const auto views = scenes::half_overlapping_views(random, 40);
   const position_set source = scenes::set_in_order(views.source), target = scenes::set_in_order(views.target);
   const matching_context maps(source, target, false, four);
   const auto pairs = local_pairs(source, target, false, 0.2, 12);
   REQUIRE(pairs.size() > 128);
-  const auto expected = match_globally(maps, pairs, 0.2, {}, {.threads = 1});
+  const auto with_threads = [&](int threads) {
+    const execution exec{.threads = threads};
+    const matching_context both(source, target, maps.source_index, maps.target_index, false, four, 1, exec);
+    return propose_by_consensus(both, pairs, 0.2);
+  };
+  const auto expected = with_threads(1);
   for (const int threads : {2, 8}) {
-    const auto hypotheses = match_globally(maps, pairs, 0.2, {}, {.threads = threads});
+    const auto hypotheses = with_threads(threads);
     REQUIRE(hypotheses.size() == expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) require_same(hypotheses[i], expected[i]);
   }
 }
 
-TEST_CASE("match_globally of no pairs is no hypothesis") {
+TEST_CASE("propose_by_consensus of no pairs is no hypothesis") {
   const position_set none;
-  CHECK(match_globally(matching_context(none, none, false, four), {}, 0.05).empty());
+  CHECK(propose_by_consensus(matching_context(none, none, false, four), {}, 0.05).empty());
 }
 
 TEST_CASE("global matching options that make no sense are named") {

@@ -1,4 +1,5 @@
 #include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/verify.hpp"
 
 #include <set>
 
@@ -23,7 +24,7 @@ std::vector<correspondence> same_indices(std::size_t count) {
 }
 
 /// Checks what the members of a hypothesis promise.
-void require_sound(const hypothesis& h, const matching_context& maps, double inlier_threshold) {
+void require_sound(const local_hypothesis& h, const matching_context& maps, double inlier_threshold) {
   CHECK(h.inlier_threshold == inlier_threshold);
   CHECK(std::is_sorted(h.correspondences.begin(), h.correspondences.end()));
   std::set<stem_index> sources, targets;
@@ -45,39 +46,39 @@ TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the toler
   const position_set source = scenes::set_in_order({{0, 0, 0}, {1, 0, 0}, {9, 0, 0}, {20, 0, 0}});
   const position_set target = scenes::set_in_order({{0.75, 0, 0}, {1.5, 0, 0}, {9.5, 0, 0}, {20, 0, 0.25}});
   const matching_context maps(source, target, false, degrees_of_freedom::six);
-  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
-  CHECK(maps.pair_stems(convergence_threshold, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
-  CHECK(maps.pair_stems(convergence_threshold, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
-  CHECK(maps.pair_stems(convergence_threshold, 2) ==
+  const rigid identity;
+  CHECK(maps.pair_stems(identity, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
+  CHECK(maps.pair_stems(identity, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
+  CHECK(maps.pair_stems(identity, 2) ==
         std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
 }
 
 TEST_CASE("pair_stems leaves heights out where they do not count") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}});
   const position_set target = scenes::set_in_order({{0, 0, 40}, {5, 0, -3}});
-  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
-  CHECK(matching_context(source, target, true, four).pair_stems(convergence_threshold, 0.1).size() == 2);
-  CHECK(matching_context(source, target, false, four).pair_stems(convergence_threshold, 0.1).empty());
+  const rigid identity;
+  CHECK(matching_context(source, target, true, four).pair_stems(identity, 0.1).size() == 2);
+  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.1).empty());
 }
 
 TEST_CASE("in 4-DoF stems are paired in plan, unless their heights are too far apart") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
   const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -0.9}, {9.1, 0, 1.1}});
-  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
-  CHECK(matching_context(source, target, false, four).pair_stems(convergence_threshold, 0.2) ==
+  const rigid identity;
+  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.2) ==
         same_indices(2));
-  CHECK(matching_context(source, target, false, four, 0.8).pair_stems(convergence_threshold, 0.2).empty());
+  CHECK(matching_context(source, target, false, four, 0.8).pair_stems(identity, 0.2).empty());
   CHECK(matching_context(source, target, false, degrees_of_freedom::six)
-            .pair_stems(convergence_threshold, 0.2)
+            .pair_stems(identity, 0.2)
             .empty());
 }
 
 TEST_CASE("pair_stems of maps without stems pairs none") {
   const position_set none, one = scenes::set_in_order({{0, 0, 0}});
-  const Eigen::Isometry3d convergence_threshold = Eigen::Isometry3d::Identity();
-  CHECK(matching_context(none, none, false, four).pair_stems(convergence_threshold, 1).empty());
-  CHECK(matching_context(none, one, false, four).pair_stems(convergence_threshold, 1).empty());
-  CHECK(matching_context(one, none, false, four).pair_stems(convergence_threshold, 1).empty());
+  const rigid identity;
+  CHECK(matching_context(none, none, false, four).pair_stems(identity, 1).empty());
+  CHECK(matching_context(none, one, false, four).pair_stems(identity, 1).empty());
+  CHECK(matching_context(one, none, false, four).pair_stems(identity, 1).empty());
 }
 
 TEST_CASE("the height of a 4-DoF motion is the median of what the pairs ask for") {
@@ -90,8 +91,8 @@ TEST_CASE("the height of a 4-DoF motion is the median of what the pairs ask for"
     const position_set target = scenes::set_in_order({corners.begin(), corners.begin() + long(count)});
     const auto transform = matching_context(source, target, false, four).fit(same_indices(count));
     REQUIRE(transform);
-    CHECK(transform->translation().z() == Approx(medians[count]));
-    CHECK(transform->translation().head<2>().norm() == Approx(0).margin(1e-12));
+    CHECK(transform->translation.z == Approx(medians[count]));
+    CHECK(transform->translation.xy().norm() == Approx(0).margin(1e-12));
   }
 }
 
@@ -102,7 +103,7 @@ TEST_CASE(
   const auto pairs = same_indices(3);
   const matching_context horizontal_distances(source, target, false, four),
       in_space(source, target, false, degrees_of_freedom::six);
-  const Eigen::Isometry3d vertical_offset = scenes::yaw_and_shift(0, {0, 0, 2});
+  const scenes::transform_of_scene vertical_offset = scenes::yaw_and_shift(0, {0, 0, 2});
   CHECK(in_space.rms(vertical_offset, pairs) == Approx(std::sqrt(2)));  // 1, 2 and 1 metres
   CHECK(in_space.residual(vertical_offset, pairs[1]) == Approx(2));
   CHECK(horizontal_distances.rms(vertical_offset, pairs) == Approx(0).margin(1e-12));
@@ -115,7 +116,7 @@ TEST_CASE("verify pairs all stems of the overlap from three correspondences, and
     INFO("seed " << seed);
     random_source random(seed);
     const positions stems = scenes::random_stems(random, 40, 30, 30);
-    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+    const scenes::transform_of_scene truth = scenes::random_levelled_transform(random);
     const position_set source = scenes::set_in_order(scenes::noisy(stems, 0.005, random));
     const position_set target =
         scenes::set_in_order(scenes::moved(truth, scenes::noisy(stems, 0.005, random)));
@@ -178,7 +179,7 @@ TEST_CASE("verify looks further and further out, and gives up where its motion i
   const matching_context maps(stems, stems, true, degrees_of_freedom::four);
   const std::vector<correspondence> start = {{0, 0}, {1, 1}, {2, 2}};
   double extent = 0;
-  for (const Eigen::Vector3d& a : stems.at) extent = std::max(extent, (a - stems.at[0]).head<2>().norm());
+  for (const vec3& a : stems.at) extent = std::max(extent, (a - stems.at[0]).xy().norm());
   std::vector<double> radii;
   const auto all = verify(maps, start, 0.05, [&](const auto&, const auto&, double radius) {
     radii.push_back(radius);
@@ -195,10 +196,10 @@ TEST_CASE("verify looks further and further out, and gives up where its motion i
   CHECK_FALSE(verify(maps, near_by, 0.05, [](const auto&...) { return false; }));
 }
 
-TEST_CASE("hypotheses differ when they lay the stems further apart than the distance, on average") {
+TEST_CASE("hypotheses differ when they place the stems further apart than the distance, on average") {
   const position_set source = scenes::set_in_order({{0, 0, 0}, {10, 0, 0}, {0, 10, 0}});
   const matching_context maps(source, source, false, four);
-  hypothesis a, b;
+  local_hypothesis a, b;
   a.correspondences = b.correspondences = same_indices(3);
   CHECK_FALSE(differ(a, b, maps, 0.1));
   b.target_from_source = scenes::yaw_and_shift(0, {0.0999, 0, 0});
@@ -221,7 +222,7 @@ TEST_CASE("every witness has a name of its own") {
 }
 
 TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger consensus") {
-  hypothesis best, fewer, farther, lonelier;
+  local_hypothesis best, fewer, farther, lonelier;
   best.correspondences = farther.correspondences = lonelier.correspondences = same_indices(5);
   fewer.correspondences = same_indices(4);
   best.rms = lonelier.rms = 0.02;
@@ -230,45 +231,45 @@ TEST_CASE("ranks_before puts more pairs first, then nearer ones, then the larger
   best.consensus = 7;
   lonelier.consensus = 6;
   farther.consensus = fewer.consensus = 100;
-  const std::vector<hypothesis> ranked = {best, lonelier, farther, fewer};
+  const std::vector<local_hypothesis> ranked = {best, lonelier, farther, fewer};
   for (std::size_t i = 0; i < ranked.size(); ++i)
     for (std::size_t j = 0; j < ranked.size(); ++j) CHECK(ranks_before(ranked[i], ranked[j]) == (i < j));
 }
 
 TEST_CASE("rank puts the best first and leaves equal ones as they were") {
-  std::vector<hypothesis> all(5);
+  std::vector<local_hypothesis> all(5);
   for (std::size_t i = 0; i < all.size(); ++i) {
     all[i].correspondences = same_indices(i % 2);
-    all[i].target_from_source.translation().x() = double(i);
+    all[i].target_from_source.translation.x = double(i);
   }
   rank(all);
   std::vector<double> order;
-  for (const hypothesis& h : all) order.push_back(h.target_from_source.translation().x());
+  for (const local_hypothesis& h : all) order.push_back(h.target_from_source.translation.x);
   CHECK(order == std::vector<double>{1, 3, 0, 2, 4});
   keep_best(all, 7);
   CHECK(all.size() == 5);
   keep_best(all, 2);
   REQUIRE(all.size() == 2);
-  CHECK(all[1].target_from_source.translation().x() == 3);
+  CHECK(all[1].target_from_source.translation.x == 3);
 }
 
 TEST_CASE("ranks_before is a strict weak order") {
   random_source random(60);
-  std::vector<hypothesis> all(40);
-  for (hypothesis& h : all) {
+  std::vector<local_hypothesis> all(40);
+  for (local_hypothesis& h : all) {
     h.correspondences = same_indices(random.below(3));
     h.rms = random.below(3) * 0.01;
     h.consensus = random.below(3);
   }
-  const auto equivalent = [](const hypothesis& a, const hypothesis& b) {
+  const auto equivalent = [](const local_hypothesis& a, const local_hypothesis& b) {
     return !ranks_before(a, b) && !ranks_before(b, a);
   };
   bool transitive = true, equivalence_transitive = true;
-  for (const hypothesis& a : all) {
+  for (const local_hypothesis& a : all) {
     CHECK_FALSE(ranks_before(a, a));
-    for (const hypothesis& b : all) {
+    for (const local_hypothesis& b : all) {
       CHECK_FALSE((ranks_before(a, b) && ranks_before(b, a)));
-      for (const hypothesis& c : all) {
+      for (const local_hypothesis& c : all) {
         transitive = transitive && (!ranks_before(a, b) || !ranks_before(b, c) || ranks_before(a, c));
         equivalence_transitive =
             equivalence_transitive && (!equivalent(a, b) || !equivalent(b, c) || equivalent(a, c));

@@ -30,15 +30,15 @@ TEST_CASE("rows are laid on rows though no hypothesis does") {
     CAPTURE(seed);
     random_source random(seed);
     const scenes::positions stand = scenes::lattice(12, 10, 3);
-    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+    const scenes::transform_of_scene truth = scenes::random_levelled_transform(random);
     const position_set source =
         scenes::set_in_order(scenes::moved(truth.inverse(), scenes::noisy(stand, 0.05, random)));
     const position_set target = scenes::set_in_order(scenes::noisy(stand, 0.05, random));
     const matching_context maps(source, target, true, degrees_of_freedom::four);
     const auto rows = find_lattice(*maps.target_index);
     REQUIRE(rows);
-    const std::vector<hypothesis> wrong(1);
-    const Eigen::Isometry3d transformed = align_lattices(maps, *rows, wrong);
+    const std::vector<local_hypothesis> wrong(1);
+    const scenes::transform_of_scene transformed = align_lattices(maps, *rows, wrong);
     CHECK(farthest_off(transformed * truth.inverse(), stand) < 0.9);
   }
 }
@@ -47,10 +47,10 @@ TEST_CASE("of hypotheses the one that lays most stems near others is as good as 
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 50, 30, 30));
   const matching_context maps(stems, stems, true, degrees_of_freedom::four);
-  std::vector<hypothesis> hypotheses(2);
+  std::vector<local_hypothesis> hypotheses(2);
   hypotheses[0].target_from_source = scenes::yaw_and_shift(1, {5, 5, 0});
   const planting_lattice any{{3, 0}, {0, 3}};
-  CHECK(align_lattices(maps, any, hypotheses).isApprox(Eigen::Isometry3d::Identity()));
+  CHECK(align_lattices(maps, any, hypotheses).isApprox(rigid{}));
 }
 
 }  // namespace globalmatch

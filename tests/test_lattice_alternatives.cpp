@@ -14,7 +14,7 @@ namespace {
 using scenes::four;
 
 hypothesis in_place(const matching_context& maps, double inlier_threshold) {
-  hypothesis h;
+  local_hypothesis h;
   h.inlier_threshold = inlier_threshold;
   h.correspondences = maps.pair_stems(h.target_from_source, inlier_threshold);
   return h;
@@ -33,12 +33,12 @@ TEST_CASE("rivals of rows are their shifts, and their turns where they are squar
     const matching_context maps(source, target, true, four);
     const auto alternatives = lattice_alternatives(in_place(maps, 0.1), maps);
     bool shifted = false, turned = false;
-    for (const hypothesis& alternative : alternatives) {
+    for (const local_hypothesis& alternative : alternatives) {
       const double yaw = std::atan2(alternative.target_from_source.linear()(1, 0),
                                     alternative.target_from_source.linear()(0, 0));
       CHECK(alternative.correspondences.size() >= 16);
       if (std::abs(yaw) < 0.1) {
-        const Eigen::Vector2d shift = alternative.target_from_source.translation().head<2>();
+        const Eigen::Vector2d shift = alternative.target_from_source.translation.head<2>();
         CHECK(std::abs(std::remainder(shift.x(), 3)) < 0.1);
         CHECK(std::abs(std::remainder(shift.y(), depth)) < 0.1);
         shifted = shifted || shift.norm() > 1;
@@ -63,7 +63,7 @@ TEST_CASE("stems at random have no lattice rivals") {
 TEST_CASE("a hypothesis without pairs has no lattice rivals") {
   const position_set none;
   const matching_context maps(none, none, true, four);
-  CHECK(lattice_alternatives(hypothesis{}, maps).empty());
+  CHECK(lattice_alternatives(local_hypothesis{}, maps).empty());
 }
 
 }  // namespace globalmatch

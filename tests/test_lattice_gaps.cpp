@@ -38,8 +38,8 @@ struct two_scans {
 
 /// The source shifted by so many columns and rows.
 hypothesis shifted(int columns, int rows) {
-  hypothesis h;
-  h.target_from_source.translation() = Eigen::Vector3d(3.0 * columns, 3.0 * rows, 0);
+  local_hypothesis h;
+  h.target_from_source.translation = Eigen::Vector3d(3.0 * columns, 3.0 * rows, 0);
   h.inlier_threshold = 0.1;
   return h;
 }
@@ -54,7 +54,7 @@ TEST_CASE("gaps tell the true motion from all others of the lattice, wherever th
     random_source random(seed);
     const positions stand = with_gaps(16, 14, 0.1, random);
     const two_scans scans(stand, stand, random);
-    for (const hypothesis& start : {shifted(0, 0), shifted(3, -2)}) {
+    for (const local_hypothesis& start : {shifted(0, 0), shifted(3, -2)}) {
       const lattice_gaps gaps(scans.maps, rows_3m, start.target_from_source);
       CHECK(gaps.score(shifted(0, 0).target_from_source).log10_nfa < -5);
       CHECK(gaps.score(shifted(1, 0).target_from_source).log10_nfa > -2);
@@ -73,7 +73,7 @@ TEST_CASE("gaps of different stands are no evidence") {
     random_source random(seed);
     const two_scans scans(with_gaps(16, 14, 0.1, random), with_gaps(14, 16, 0.15, random), random);
     const lattice_gaps gaps(scans.maps, rows_3m, shifted(1, 1).target_from_source);
-    for (const hypothesis& h : gaps.propose(8)) CHECK(gaps.score(h.target_from_source).log10_nfa > -3);
+    for (const local_hypothesis& h : gaps.propose(8)) CHECK(gaps.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
@@ -83,7 +83,7 @@ TEST_CASE("a lattice without gaps tells nothing") {
   const matching_context maps(stand, stand, true, degrees_of_freedom::four);
   const lattice_gaps gaps(maps, rows_3m, shifted(0, 0).target_from_source);
   CHECK(gaps.propose(8).empty());
-  CHECK(gaps.score(Eigen::Isometry3d::Identity()).log10_nfa > 0);
+  CHECK(gaps.score(rigid{}).log10_nfa > 0);
 }
 
 }  // namespace globalmatch

@@ -29,7 +29,7 @@ struct jittered_scans {
         maps(source, target, horizontal, degrees_of_freedom::four) {}
 };
 
-Eigen::Isometry3d shift_of(int columns, int rows) {
+scenes::transform_of_scene shift_of(int columns, int rows) {
   return scenes::yaw_and_shift(0, {3.0 * columns, 3.0 * rows, 0});
 }
 
@@ -98,7 +98,7 @@ TEST_CASE("residuals of different stands are no evidence") {
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
     const auto proposed = residuals.propose(8);
     REQUIRE(proposed.size() == 8);
-    for (const hypothesis& h : proposed) CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
+    for (const local_hypothesis& h : proposed) CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }
 
@@ -112,7 +112,7 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
     random_source random(seed);
     const jittered_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
-    for (const hypothesis& h : residuals.propose(8))
+    for (const local_hypothesis& h : residuals.propose(8))
       CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }
@@ -219,7 +219,7 @@ TEST_CASE("heights and radii of different stands are no evidence") {
                          random, false);
     for (position_set* scan : {&scans.source, &scans.target}) scan->radius = any_radii(scan->size(), random);
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(1, 1));
-    for (const hypothesis& h : residuals.propose(8))
+    for (const local_hypothesis& h : residuals.propose(8))
       CHECK(residuals.score(h.target_from_source).log10_nfa > -3);
   }
 }

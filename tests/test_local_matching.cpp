@@ -111,8 +111,7 @@ TEST_CASE("match_locally gives each target triangle one partner at most, the mos
                         [&](const triangle& t) { return t.vertices == pair.target; });
     REQUIRE(next != target_triangles.end());
     CHECK(std::none_of(source_triangles.begin(), source_triangles.end(), [&](const triangle& s) {
-      const auto d = local_dissimilarity(s, *next, 0.05);
-      return d && *d < pair.dissimilarity;
+      return local_dissimilarity(s, *next, 0.05) < pair.dissimilarity;
     }));
     ++next;
   }

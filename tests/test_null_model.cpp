@@ -1,4 +1,5 @@
 #include "globalmatch/detail/matching/null_model.hpp"
+#include "globalmatch/detail/matching/score_hypothesis.hpp"
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
@@ -59,9 +60,9 @@ TEST_CASE(
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
   const matching_context maps(stems, stems, true, four);
   const null_model null(maps);
-  const Eigen::Vector3d middle(45, 45, 0);
-  const Eigen::Isometry3d wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
-  CHECK_FALSE(null.explains_around(Eigen::Isometry3d::Identity(), middle, 40, 0.1));
+  const vec3 middle{45, 45, 0};
+  const scenes::transform_of_scene wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
+  CHECK_FALSE(null.explains_around(rigid{}, middle, 40, 0.1));
   CHECK(null.explains_around(wrong, middle, 40, 0.1));
   CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
   CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
@@ -82,7 +83,7 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
                                                  {random.below(60), random.below(60)}};
       const auto transform = maps.fit(start);
       if (!transform) continue;
-      hypothesis h;
+      local_hypothesis h;
       h.target_from_source = *transform;
       score_hypothesis(h, maps, null, std::vector{0.05, 0.1, 0.2, 0.4});
       best = std::min(best, h.log10_nfa);
@@ -92,14 +93,14 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
   CHECK(alarms == 0);
 }
 
-TEST_CASE("weighing finds the tolerance of the noise, and the pairs stand at it") {
+TEST_CASE("scoring finds the threshold of the noise") {
   for (const double sigma : {0.01, 0.03, 0.1}) {
     random_source random(5);
     const positions stems = scenes::random_stems(random, 150, 40, 40);
     const position_set source = scenes::set_in_order(stems);
     const position_set target = scenes::set_in_order(scenes::noisy(stems, sigma, random));
     const matching_context maps(source, target, true, four);
-    hypothesis h;
+    local_hypothesis h;
     const std::vector<double> thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
     score_hypothesis(h, maps, null_model(maps), thresholds);
     CAPTURE(sigma);
@@ -116,7 +117,7 @@ TEST_CASE("stems that meet exactly are improbable, not impossible, so that copie
   for (const bool horizontal : {true, false}) {
     const matching_context maps(stems, stems, horizontal, four);
     const null_model null(maps, std::vector{0.05});
-    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    const auto residuals = null.residuals_under(rigid{}, 0.05, 0.05);
     CHECK(residuals.residuals == std::vector<double>(4, 0.0));
     const double alarms = null.log10_nfa(residuals, 0.05);
     CHECK(std::isfinite(alarms));
@@ -131,7 +132,7 @@ TEST_CASE("chance explains everything in maps of fewer than three stems") {
     const matching_context maps(few, few, false, four);
     CHECK(null_model(maps).inlier_probability(0.05) == 1);
     const null_model null(maps, std::vector{0.05});
-    const auto residuals = null.residuals_under(Eigen::Isometry3d::Identity(), 0.05, 0.05);
+    const auto residuals = null.residuals_under(rigid{}, 0.05, 0.05);
     CHECK(null.log10_nfa(residuals, 0.05) >= 0);
   }
 }

@@ -17,11 +17,11 @@ namespace {
 /// Two maps of the same stems, stem i of one being stem i of the other, and what is known of them.
 struct scene {
   position_set source, target;
-  Eigen::Isometry3d truth;
+  scenes::transform_of_scene truth;
 
   /// Fit of `pairs` as it comes out of matching: least squares, and all stems paired under it.
-  hypothesis least_squares(const matching_context& maps, double inlier_threshold) const {
-    hypothesis h;
+  local_hypothesis least_squares(const matching_context& maps, double inlier_threshold) const {
+    local_hypothesis h;
     h.inlier_threshold = inlier_threshold;
     for (stem_index i = 0; i < source.size(); ++i) h.correspondences.push_back({i, i});
     h.target_from_source = *maps.fit(h.correspondences);
@@ -29,9 +29,9 @@ struct scene {
     return h;
   }
 
-  double error(const hypothesis& h) const {
+  double error(const local_hypothesis& h) const {
     double sum = 0;
-    for (const Eigen::Vector3d& p : source.at)
+    for (const vec3& p : source.at)
       sum += stem_distance(h.target_from_source * p, truth * p, true) / double(source.size());
     return sum;
   }
@@ -59,7 +59,7 @@ TEST_CASE("pairs that fit badly move a robust fit less than one of least squares
   for (int iteration = 0; iteration < 50; ++iteration) {
     const scene s = noisy_scene(random, 30, [](std::size_t i) { return i % 6 == 0 ? 0.2 : 0.01; });
     const matching_context maps(s.source, s.target, false, four);
-    hypothesis h = s.least_squares(maps, 0.5);
+    local_hypothesis h = s.least_squares(maps, 0.5);
     least_squares += s.error(h) / 50;
     fit_robustly(h, maps);
     robust += s.error(h) / 50;
@@ -74,7 +74,7 @@ TEST_CASE("a robust fit of Gaussian noise is nearly as good as one of least squa
   for (int iteration = 0; iteration < 200; ++iteration) {
     const scene s = noisy_scene(random, 12, [](std::size_t) { return 0.05; });
     const matching_context maps(s.source, s.target, false, four);
-    hypothesis h = s.least_squares(maps, 0.5);
+    local_hypothesis h = s.least_squares(maps, 0.5);
     least_squares += s.error(h) / 200;
     fit_robustly(h, maps);
     robust += s.error(h) / 200;
@@ -91,8 +91,8 @@ TEST_CASE("stems that are known to be uncertain move the fit less, whichever map
     for (int iteration = 0; iteration < 100; ++iteration) {
       scene s = noisy_scene(random, 18, sigma);
       const matching_context maps(s.source, s.target, false, four);
-      const hypothesis h = s.least_squares(maps, 1);
-      hypothesis fitted = h;
+      const local_hypothesis h = s.least_squares(maps, 1);
+      local_hypothesis fitted = h;
       fit_robustly(fitted, maps);
       not_told += s.error(fitted) / 100;
       for (std::size_t i = 0; i < s.source.size(); ++i)
@@ -110,13 +110,13 @@ TEST_CASE("a robust fit stands: its pairs are those of its motion, and its rms t
   for (int iteration = 0; iteration < 20; ++iteration) {
     const scene s = noisy_scene(random, 25, [](std::size_t i) { return i % 5 == 0 ? 0.15 : 0.02; });
     const matching_context maps(s.source, s.target, false, four);
-    hypothesis h = s.least_squares(maps, 0.2);
+    local_hypothesis h = s.least_squares(maps, 0.2);
     fit_robustly(h, maps);
     CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
     CHECK(h.rms == maps.rms(h.target_from_source, h.correspondences));
-    hypothesis again = h;
+    local_hypothesis again = h;
     fit_robustly(again, maps);
-    for (const Eigen::Vector3d& p : s.source.at)
+    for (const vec3& p : s.source.at)
       CHECK((h.target_from_source * p - again.target_from_source * p).norm() < 0.02);
   }
 }
@@ -126,7 +126,7 @@ TEST_CASE("maps without any noise are fitted exactly, in 4-DoF and in 6-DoF") {
   for (const auto dof : {four, degrees_of_freedom::six}) {
     const scene s = noisy_scene(random, 10, [](std::size_t) { return 0.0; });
     const matching_context maps(s.source, s.target, false, dof);
-    hypothesis h = s.least_squares(maps, 0.1);
+    local_hypothesis h = s.least_squares(maps, 0.1);
     fit_robustly(h, maps);
     CHECK(h.correspondences.size() == 10);
     CHECK(s.error(h) < 1e-9);
@@ -142,7 +142,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
       for (Eigen::Vector3d& p : s.target.at) p.z() += 0.02 * random.normal();
       for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += Eigen::Vector3d(0.6, 0.3, 0);
       const matching_context maps(s.source, s.target, false, dof, 5);
-      hypothesis h = s.least_squares(maps, 1);
+      local_hypothesis h = s.least_squares(maps, 1);
       least_squares += s.error(h) / 20;
       fit_robustly(h, maps);
       robust += s.error(h) / 20;
@@ -157,9 +157,9 @@ TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as th
   random_source random(6);
   const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });
   const matching_context maps(s.source, s.target, false, four);
-  const hypothesis given = s.least_squares(maps, 1);
+  const local_hypothesis given = s.least_squares(maps, 1);
   REQUIRE(given.correspondences.size() == 5);
-  hypothesis h = given;
+  local_hypothesis h = given;
   fit_robustly(h, maps);
   CHECK(h.target_from_source.matrix() == given.target_from_source.matrix());
   CHECK(h.correspondences == given.correspondences);
@@ -169,7 +169,7 @@ TEST_CASE("pairs are completed as far as their scatter reaches, and no farther")
   random_source random(9);
   const scene s = noisy_scene(random, 200, [](std::size_t) { return 0.02; });
   const matching_context maps(s.source, s.target, false, four);
-  hypothesis h = s.least_squares(maps, 0.04);  // two standard deviations
+  local_hypothesis h = s.least_squares(maps, 0.04);  // two standard deviations
   h.log10_nfa = -12.5;
   const std::size_t before = h.correspondences.size();
   REQUIRE(before < 185);
@@ -190,7 +190,7 @@ TEST_CASE("pairs are completed as far as their scatter reaches, and no farther")
   }
   SECTION("not where few pairs tell no scatter") {
     h.correspondences.resize(5);
-    const hypothesis few = h;
+    const local_hypothesis few = h;
     complete_pairs(h, maps, std::array{0.04, 0.08});
     CHECK(h.inlier_threshold == few.inlier_threshold);
     CHECK(h.correspondences == few.correspondences);

@@ -69,7 +69,7 @@ inline std::array<float, 3> edge_point(const triangle& t) {
 }
 
 /// The stems nearest to stem `i` by (distance, index), at most `count`, not itself. `found` is reused memory.
-inline void nearest_stems(const position_set& stems, const position_index& index, std::size_t i,
+inline void nearest_to(const position_set& stems, const position_index& index, std::size_t i,
                           std::size_t count, bool horizontal, std::vector<keyed>& found) {
   const vec3& center = stems.at[i];
   count = std::min(count, stems.size() - 1);
@@ -139,7 +139,7 @@ inline std::vector<triangle> build_triangles(const position_set& stems, bool hor
   parallel_chunks(exec, "triangles", size, chunk, [&](std::size_t begin, std::size_t end) {
     std::vector<keyed> nearest;
     for (std::size_t i = begin; i < end; ++i) {
-      nearest_stems(stems, index, i, std::size_t(options.neighbors), horizontal, nearest);
+      nearest_to(stems, index, i, std::size_t(options.neighbors), horizontal, nearest);
       for (std::size_t j = 0; j < nearest.size(); ++j)
         for (std::size_t k = j + 1; k < nearest.size(); ++k) {
           stem_index a = stem_index(i), b = stem_index(nearest[j].value), c = stem_index(nearest[k].value);

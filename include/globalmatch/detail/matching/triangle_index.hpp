@@ -27,7 +27,7 @@ inline constexpr std::size_t exhaustive_neighbors = 20;
 
 /// For every `step`th stem its `count` horizontally nearest, by (distance, index), in one flat array; fewer when
 /// the map has fewer. Parallel.
-inline std::vector<stem_index> nearest_of_all(const position_index& stems, std::size_t count,
+inline std::vector<stem_index> nearest_stems(const position_index& stems, std::size_t count,
                                              const execution& exec = {}, std::size_t step = 1) {
   count = std::min(count, stems.size() - std::min<std::size_t>(stems.size(), 1));
   const std::size_t asking = (stems.size() + step - 1) / step;
@@ -51,7 +51,7 @@ class triangle_index {
   triangle_index(const position_set& stems, const position_index& index, bool horizontal,
                  std::size_t neighbors, const execution& exec = {}, std::size_t step = 1) {
     step = std::max<std::size_t>(step, 1);
-    const auto nearest = nearest_of_all(index, neighbors, exec, step);
+    const auto nearest = nearest_stems(index, neighbors, exec, step);
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;
