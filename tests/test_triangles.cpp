@@ -42,9 +42,10 @@ std::set<triplet> orders_of(const position_set& stems) {
   return orders;
 }
 
-std::vector<triangle> orders_of(const triangle& t, double epsilon) {
-  const triangle_orders orders = detail::admissible_orders(t, epsilon);
-  return {orders.begin(), orders.end()};
+std::vector<triangle> orders_within(const triangle& t, double epsilon) {
+  std::vector<triangle> orders;
+  for (const triangle& order : admissible_orders(t, epsilon)) orders.push_back(order);
+  return orders;
 }
 
 /// How many of the triangles of one view have the vertices in another order in the other view: by their
@@ -58,7 +59,7 @@ lost_triangles count_lost(const positions& source, const positions& target, doub
   lost_triangles lost;
   for (const triangle& t : build_triangles(target_set, false)) {
     const triangle s = make_triangle(source_set, t.vertices, false);
-    const auto orders = orders_of(s, epsilon);
+    const auto orders = orders_within(s, epsilon);
     const auto same = [&](const triangle& order) { return order.vertices == t.vertices; };
     ++lost.of;
     lost.canonical_only += !same(s);
@@ -235,7 +236,7 @@ TEST_CASE("admissible orders equal their definition, the canonical one first and
   for (const double epsilon : {0.05, 0.5, 5.0}) {
     const position_set stems = scenes::set_in_order(scenes::random_stems(random, 15, 20, 20));
     for (const triangle& t : build_triangles(stems, true)) {
-      const auto orders = orders_of(t, epsilon);
+      const auto orders = orders_within(t, epsilon);
       REQUIRE_FALSE(orders.empty());
       CHECK(orders.front().vertices == t.vertices);
       std::set<triplet> found, expected;
@@ -257,14 +258,14 @@ TEST_CASE("admissible orders equal their definition, the canonical one first and
 
 TEST_CASE("a triangle that is far from flat and from isosceles has one admissible order") {
   const position_set stems = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {2, 3, 0}});
-  CHECK(orders_of(make_triangle(stems, {0, 1, 2}, false), 0.05).size() == 1);
+  CHECK(orders_within(make_triangle(stems, {0, 1, 2}, false), 0.05).size() == 1);
 }
 
 TEST_CASE("an equilateral triangle has three admissible orders and a flat one both ways round") {
   const position_set stems =
       scenes::set_in_order({{0, 0, 0}, {4, 0, 0}, {2, std::sqrt(12.0), 0}, {1, 0.04, 0}});
-  CHECK(orders_of(make_triangle(stems, {0, 1, 2}, false), 0.05).size() == 3);
-  CHECK(orders_of(make_triangle(stems, {0, 1, 3}, false), 0.05).size() == 2);
+  CHECK(orders_within(make_triangle(stems, {0, 1, 2}, false), 0.05).size() == 3);
+  CHECK(orders_within(make_triangle(stems, {0, 1, 3}, false), 0.05).size() == 2);
 }
 
 TEST_CASE("in perfect rows the canonical order alone loses congruent triangles, the admissible orders none") {

@@ -16,8 +16,12 @@ that is said to survive is killed. A mutant that does not compile is a fault of 
 import argparse, concurrent.futures, os, re, shutil, subprocess, sys, tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+CXX = subprocess.run(['c++', '--version'], capture_output=True, text=True).stdout
 SUPPORT = os.path.join(ROOT, 'build/release/examples/libglobalmatch_support.a')
 SECONDS = 600  # a mutant that runs longer counts as killed
+# Calls of inline functions stay calls, and nothing is concluded from their bodies.
+CALLS = ['-fno-inline', '-fno-ipa-pure-const', '-fno-ipa-reference', '-fno-ipa-modref', '-fno-ipa-ra', '-fno-ipa-cp',
+         '-fno-ipa-sra', '-fno-ipa-icf', '-fno-ipa-vrp', '-fno-ipa-bit-cp'] if 'clang' not in CXX else ['-fno-inline']
 
 
 def read_list(path):
@@ -50,34 +54,29 @@ def mutated(source, mutation):
     return '\n'.join(lines[:places[0]] + mutation['to'] + lines[places[0] + len(wanted):])
 
 
-def command(include, source, output):
+def command(include, source, output, *more):
     eigen = os.environ.get('EIGEN_INCLUDE', '/usr/include/eigen3')
     data = f'-DGLOBALMATCH_SHARED_DATA="{ROOT}/../shared/data"'
-    return ['c++', '-std=c++20', '-O1', '-pthread', data, '-I', include, '-I', f'{ROOT}/tests', '-I', f'{ROOT}/examples',
-            '-isystem', eigen, '-isystem', '/usr/include/catch2', '-c', source, '-o', output]
+    return ['c++', '-std=c++20', '-O1', *CALLS, '-pthread', data, '-I', include, '-I', f'{ROOT}/tests',
+            '-I', f'{ROOT}/examples', '-isystem', eigen, '-isystem', '/usr/include/catch2', *more, '-c', source, '-o', output]
 
 
 def source_of(test):
     return f'{ROOT}/tests/{test}.cpp'
 
 
-def precompile(folder):
-    """A header of what no mutation changes and all tests include; the compiler takes most of its time for it."""
-    header = os.path.join(folder, 'common.hpp')
-    with open(header, 'w', encoding='utf-8') as out:
-        out.write('#include "catch.hpp"\n#include <Eigen/Dense>\n#include <algorithm>\n#include <random>\n')
-    made = subprocess.run(command(f'{ROOT}/include', header, header + '.gch'))
-    return header if made.returncode == 0 else None
+def compile_object(include, source, output, *more):
+    """None, or the compiler's first error."""
+    compiled = subprocess.run(command(include, source, output, *more), capture_output=True, text=True)
+    if compiled.returncode == 0:
+        return None
+    return next((l for l in compiled.stderr.split('\n') if 'error' in l), 'does not compile')
 
 
-def build_and_run(include, test, folder, objects):
-    """'passed', 'failed' with the titles of the test cases, or the compiler's first error."""
-    object_file, program = os.path.join(folder, test + '.o'), os.path.join(folder, test)
-    common = ['-include', objects['common']] if objects['common'] else []
-    compiled = subprocess.run(command(include, source_of(test), object_file) + common, capture_output=True, text=True)
-    if compiled.returncode != 0:
-        return next((l for l in compiled.stderr.split('\n') if 'error' in l), 'does not compile'), []
-    subprocess.run(['c++', '-pthread', objects['main'], object_file, SUPPORT, '-o', program], check=True)
+def run_objects(objects, folder):
+    """'passed', or 'failed' with the titles of the test cases."""
+    program = os.path.join(folder, 'program')
+    subprocess.run(['c++', '-pthread', *objects, SUPPORT, '-o', program], check=True)
     try:
         run = subprocess.run([program, '~[slow]', '-r', 'xml'], capture_output=True, timeout=SECONDS, cwd=folder,
                              encoding='utf-8', errors='replace')
@@ -88,7 +87,23 @@ def build_and_run(include, test, folder, objects):
     return ('passed', []) if run.returncode == 0 else ('failed', failed or ['crashes'])
 
 
-def try_mutation(mutation, objects):
+class built_tests:
+    """The tests compiled once. A mutant of a header is compiled alone, and its functions are linked before theirs."""
+
+    def __init__(self, folder, tests, pool):
+        self.folder = folder
+        self.object = {t: os.path.join(folder, t + '.o') for t in ['main', *tests]}
+        errors = list(pool.map(lambda t: compile_object(f'{ROOT}/include', source_of(t), self.object[t]), self.object))
+        for test, error in zip(self.object, errors):
+            if error:
+                sys.exit(f'{test}: {error}')
+
+    def run(self, test, folder, before=()):
+        return run_objects([*before, self.object['main'], self.object[test]], folder)
+
+
+def try_mutation(mutation, built):
+    """What became of it, and the titles of the test cases that noticed."""
     folder = tempfile.mkdtemp()
     try:
         include = os.path.join(folder, 'include')
@@ -98,12 +113,22 @@ def try_mutation(mutation, objects):
         if text is None:
             return 'the original does not stand in the header once', []
         open(header, 'w', encoding='utf-8').write(text)
+        alone, mutant = os.path.join(folder, 'alone.cpp'), os.path.join(folder, 'alone.o')
+        open(alone, 'w', encoding='utf-8').write(f'#include "globalmatch/{mutation["header"]}"\n')
+        if error := compile_object(include, alone, mutant, '-fkeep-inline-functions'):
+            return error, []
         for test in mutation['tests']:
-            result, cases = build_and_run(include, test, folder, objects)
+            result, cases = built.run(test, folder, [mutant])
             if result == 'failed':
                 return 'killed', cases
-            if result != 'passed':
-                return result, []
+        # Templates are compiled with the test alone.
+        for test in mutation['tests']:
+            own = os.path.join(folder, test + '.o')
+            if error := compile_object(include, source_of(test), own):
+                return error, []
+            result, cases = run_objects([built.object['main'], own], folder)
+            if result == 'failed':
+                return 'killed', cases
         return 'survived', []
     finally:
         shutil.rmtree(folder)
@@ -118,21 +143,19 @@ def main():
     arguments = parser.parse_args()
     mutations = [m for m in read_list(arguments.list) if arguments.only in m['header'] + ' ' + ' '.join(m['tests'])]
     folder = tempfile.mkdtemp()
-    objects = {'main': os.path.join(folder, 'main.o'), 'common': precompile(folder)}
-    subprocess.run(command(f'{ROOT}/include', source_of('main'), objects['main']), check=True)
     tests = sorted({t for m in mutations for t in m['tests']})
 
     def attempt(mutation):
-        result, cases = try_mutation(mutation, objects)
+        result, cases = try_mutation(mutation, built)
         if arguments.verbose:
             print(f"line {mutation['line']}: {result}: {'; '.join(cases)}", flush=True)
         return result
 
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        plain = dict(zip(tests, pool.map(lambda t: build_and_run(f'{ROOT}/include', t, folder, objects)[0], tests)))
-        for test, result in plain.items():
-            if result != 'passed':
-                sys.exit(f'{test} does not pass without mutations: {result}')
+        built = built_tests(folder, tests, pool)
+        for test, result in zip(tests, pool.map(lambda t: built.run(t, tempfile.mkdtemp(dir=folder)), tests)):
+            if result[0] != 'passed':
+                sys.exit(f'{test} does not pass without mutations: {result[1]}')
         results = list(pool.map(attempt, mutations))
     shutil.rmtree(folder)
     killed, faults = 0, 0
