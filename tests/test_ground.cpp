@@ -249,7 +249,7 @@ TEST_CASE("a scan in map coordinates has the same terrain in a shifted frame") {
   const terrain here = model_ground(scan).terrain, there = model_ground(shifted).terrain;
   CHECK((there.heights == here.heights));
   CHECK((there.has_data == here.has_data));
-  CHECK(there.frame.origin == here.frame.origin + shift);
+  CHECK(there.frame.origin == here.frame.origin + detail::from_eigen(shift));
 }
 
 TEST_CASE("the terrain of a turned scan is the same along its own up") {

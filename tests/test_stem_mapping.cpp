@@ -48,7 +48,7 @@ struct plot {
 
   std::vector<Vector3d> positions() const {
     std::vector<Vector3d> feet;
-    for (const cylinder& c : stems) feet.push_back(c.point);
+    for (const cylinder& c : stems) feet.push_back(to_eigen(c.point));
     return feet;
   }
 };
@@ -64,8 +64,8 @@ void check_finds(const stem_map& map, const plot& truth,
                  const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
   CHECK(map.stems.size() == truth.stems.size());
   for (const cylinder& expected : truth.stems) {
-    CAPTURE(expected.point.transpose());
-    const Vector3d position = transform * expected.point;
+    CAPTURE(to_eigen(expected.point).transpose());
+    const Vector3d position = transform * to_eigen(expected.point);
     const auto nearest =
         std::min_element(map.stems.begin(), map.stems.end(), [&](const stem& a, const stem& b) {
           return (a.position - position).norm() < (b.position - position).norm();
@@ -73,7 +73,7 @@ void check_finds(const stem_map& map, const plot& truth,
     REQUIRE(nearest != map.stems.end());
     CHECK((nearest->position - position).norm() < 0.02);
     CHECK(nearest->radius == Approx(expected.radius).margin(0.01));
-    CHECK((nearest->axis - transform.linear() * expected.axis).norm() < 0.02);
+    CHECK((nearest->axis - transform.linear() * to_eigen(expected.axis)).norm() < 0.02);
     CHECK(nearest->ground_seen);
   }
 }
@@ -124,11 +124,11 @@ TEST_CASE("map_stems finds the stems where heights are normalized and the ground
   for (const cylinder& expected : truth.stems) {
     const auto nearest =
         std::min_element(map.stems.begin(), map.stems.end(), [&](const stem& a, const stem& b) {
-          return (a.position - expected.point).head<2>().norm() <
-                 (b.position - expected.point).head<2>().norm();
+          return (a.position - to_eigen(expected.point)).head<2>().norm() <
+                 (b.position - to_eigen(expected.point)).head<2>().norm();
         });
     REQUIRE(nearest != map.stems.end());
-    CHECK((nearest->position - expected.point).head<2>().norm() < 0.04);
+    CHECK((nearest->position - to_eigen(expected.point)).head<2>().norm() < 0.04);
     CHECK(std::abs(nearest->position.z()) < 1e-6);
   }
 }
