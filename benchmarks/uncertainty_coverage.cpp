@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
         for (int i = 0; i < trials; ++i) {
           noisy_match match(pairs, dof, noise, random);
           fit_robustly(match.best, match.maps);
-          const auto u = uncertainty_of(match.best, match.maps);
+          const auto u = scenes::reported_uncertainty(match);
           near += holds(match, *u, u->center);
           far += holds(match, *u, u->center + Eigen::Vector3d(40, -30, 0));
         }

@@ -4,9 +4,12 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
+#include <optional>
 
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
+#include "globalmatch/matching.hpp"
 #include "globalmatch/positions.hpp"
 #include "stem_scenes.hpp"
 
@@ -34,5 +37,12 @@ struct noisy_match {
   /// What leads from the estimate to the truth.
   Eigen::Isometry3d error() const { return truth * to_eigen(best.target_from_source.inverse()); }
 };
+
+/// The uncertainty as a caller gets it, whose frame is the levelled one.
+inline std::optional<transform_uncertainty> reported_uncertainty(const noisy_match& match) {
+  const auto local = uncertainty_of(match.best, match.maps);
+  if (!local) return std::nullopt;
+  return in_caller_frame(*local, {});
+}
 
 }  // namespace globalmatch::scenes

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "globalmatch/detail/core/eigen_border.hpp"
-#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/transform.hpp"

@@ -140,7 +140,8 @@ TEST_CASE("the spread is the standard deviation across the line, in plan") {
 
 TEST_CASE("all stems at one place do not make a registration") {
   const position_set pile = scenes::set_in_order(positions(10, Eigen::Vector3d(1, 2, 3)));
-  CHECK(decision_on(std::vector<local_hypothesis>{pairing(10)}, pile, pile).outcome == outcome::not_registered);
+  CHECK(decision_on(std::vector<local_hypothesis>{pairing(10)}, pile, pile).outcome ==
+        outcome::not_registered);
 }
 
 namespace {

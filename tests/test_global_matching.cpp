@@ -1,5 +1,5 @@
-#include "globalmatch/global_matching.hpp"
 #include "globalmatch/detail/matching/consensus_proposal.hpp"
+#include "globalmatch/global_matching.hpp"
 
 #include <limits>
 #include <map>
@@ -251,7 +251,8 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
     std::vector<std::uint32_t> all(consensus.size());
     std::iota(all.begin(), all.end(), 0u);
     const matching_context maps(stems, stems, false, four);
-    const auto chosen = vote_correspondences(consensus_finder(maps.source, maps.target, maps.horizontal, consensus, 0.05), all);
+    const auto chosen = vote_correspondences(
+        consensus_finder(maps.source, maps.target, maps.horizontal, consensus, 0.05), all);
     CHECK(std::is_sorted(chosen.begin(), chosen.end()));
     std::set<stem_index> sources, targets;
     for (const correspondence& c : chosen) {
@@ -268,7 +269,8 @@ TEST_CASE("vote_correspondences pairs one to one, by votes, whatever the consens
   }
 }
 
-TEST_CASE("propose_by_consensus ranks the correspondences of Algorithm 1 first, but for those that it disproves") {
+TEST_CASE(
+    "propose_by_consensus ranks the correspondences of Algorithm 1 first, but for those that it disproves") {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);
@@ -310,11 +312,13 @@ TEST_CASE("propose_by_consensus gives ranked and distinct hypotheses that stand"
 TEST_CASE("propose_by_consensus finds at least two hypotheses on a lattice") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::lattice(5, 5, 2.5));
-  const position_set target = scenes::set_in_order(scenes::jittered(scenes::to_positions(stems.at), 0.02, random));
+  const position_set target =
+      scenes::set_in_order(scenes::jittered(scenes::to_positions(stems.at), 0.02, random));
   const matching_context maps(stems, target, false, four);
   for (const global_matching_options options :
        {global_matching_options{}, {.max_hypotheses = 2, .max_seeds = 2}}) {
-    const auto hypotheses = propose_by_consensus(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
+    const auto hypotheses =
+        propose_by_consensus(maps, local_pairs(stems, target, false, 0.05), 0.05, options);
     CHECK(hypotheses.size() >= 2);
     CHECK(hypotheses.size() <= std::size_t(options.max_hypotheses));
   }

@@ -49,8 +49,7 @@ TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the toler
   const rigid identity;
   CHECK(maps.pair_stems(identity, 0.5) == std::vector<correspondence>{{1, 0}, {3, 3}});
   CHECK(maps.pair_stems(identity, 0.501) == std::vector<correspondence>{{1, 0}, {2, 2}, {3, 3}});
-  CHECK(maps.pair_stems(identity, 2) ==
-        std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
+  CHECK(maps.pair_stems(identity, 2) == std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
 }
 
 TEST_CASE("pair_stems leaves heights out where they do not count") {
@@ -65,12 +64,9 @@ TEST_CASE("in 4-DoF stems are paired in plan, unless their heights are too far a
   const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
   const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -0.9}, {9.1, 0, 1.1}});
   const rigid identity;
-  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.2) ==
-        same_indices(2));
+  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.2) == same_indices(2));
   CHECK(matching_context(source, target, false, four, 0.8).pair_stems(identity, 0.2).empty());
-  CHECK(matching_context(source, target, false, degrees_of_freedom::six)
-            .pair_stems(identity, 0.2)
-            .empty());
+  CHECK(matching_context(source, target, false, degrees_of_freedom::six).pair_stems(identity, 0.2).empty());
 }
 
 TEST_CASE("pair_stems of maps without stems pairs none") {

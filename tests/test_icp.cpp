@@ -373,14 +373,16 @@ TEST_CASE("one step by planes undoes a small motion but for its square, wherever
     std::vector<icp_pair> pairs;
     vec3 center;
     for (int i = 0; i < 60; ++i) {
-      const vec3 target{scenes::uniform(random, 20, 28), scenes::uniform(random, -9, 3), 5 * random.uniform()};
+      const vec3 target{scenes::uniform(random, 20, 28), scenes::uniform(random, -9, 3),
+                        5 * random.uniform()};
       const vec3 normal = vec3{random.normal(), random.normal(), random.normal()}.normalized();
       pairs.push_back({off * target, target, normal, 0.2 + random.uniform()});
       center += pairs.back().transformed / 60.0;
     }
     const auto step = plane_step(pairs, center, dof);
     REQUIRE(step);
-    for (const icp_pair& pair : pairs) CHECK((*step * pair.transformed - pair.target).norm() < 100 * small * small);
+    for (const icp_pair& pair : pairs)
+      CHECK((*step * pair.transformed - pair.target).norm() < 100 * small * small);
   }
 }
 
@@ -409,8 +411,8 @@ TEST_CASE("icp goes on while it turns, also where it does not shift any more") {
   const positions source = surface(1), target = source;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : source) center += p / double(source.size());
-  const Eigen::Isometry3d coarse = Eigen::Translation3d(center) *
-                                   scenes::yaw_and_shift(0.02, {0, 0, 0}) * Eigen::Translation3d(-center);
+  const Eigen::Isometry3d coarse =
+      Eigen::Translation3d(center) * scenes::yaw_and_shift(0.02, {0, 0, 0}) * Eigen::Translation3d(-center);
   icp_options options = with_metric(icp_metric::point_to_plane);
   options.convergence_threshold = 0.01;
   const icp_result result = refine_by_icp(source, target, coarse, four, options);

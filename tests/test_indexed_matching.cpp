@@ -15,7 +15,7 @@ using scenes::four;
 const std::vector<double> thresholds = {0.02, 0.04, 0.08, 0.16, 0.32};
 
 std::vector<local_hypothesis> propose(const position_set& source, const position_set& target,
-                                double inlier_threshold = 0.05) {
+                                      double inlier_threshold = 0.05) {
   const auto index = std::make_shared<position_index>(target);
   const matching_context maps(source, target, std::make_shared<position_index>(source), index, false, four);
   const std::size_t neighbors = target.size() <= 100 ? 20 : 5;
@@ -38,8 +38,8 @@ TEST_CASE("the index proposes the right motion first, on maps of some ten to som
       REQUIRE_FALSE(hypotheses.empty());
       CHECK(std::is_sorted(hypotheses.begin(), hypotheses.end(), ranks_before));
       const scenes::transform_of_scene transform = target.frame.local_from_scan().inverse() *
-                                          hypotheses.front().target_from_source *
-                                          source.frame.local_from_scan();
+                                                   hypotheses.front().target_from_source *
+                                                   source.frame.local_from_scan();
       CHECK(scenes::max_error(transform, views.target_from_source, views.source) < 0.05);
     }
 }

@@ -191,8 +191,7 @@ TEST_CASE("match_locally loses no pair to rounding where edges are long") {
   for (int i = 0; i < 500; ++i) {
     const double a = scenes::uniform(random, 900, 1000), b = scenes::uniform(random, 700, 800),
                  c = scenes::uniform(random, 500, 600), off = epsilon * (1 - 1e-9);
-    const auto pairs =
-        match_locally({with_edges(a, b, c)}, {with_edges(a + off, b - off, c + off)}, epsilon);
+    const auto pairs = match_locally({with_edges(a, b, c)}, {with_edges(a + off, b - off, c + off)}, epsilon);
     CHECK(pairs.size() == 1);
   }
 }

@@ -76,8 +76,8 @@ TEST_CASE("stems in one row, or fewer than four, have no lattice") {
 }
 
 TEST_CASE("a lattice turns onto itself by half turns, squares by quarters, equilateral triangles by sixths") {
-  const auto turns = [](const Eigen::Vector2d& first, const Eigen::Vector2d& second) {
-    return planting_lattice{first, second}.turns().size();
+  const auto turns = [](const vec2& first, const vec2& second) {
+    return lattice_shifts{first, second}.turns().size();
   };
   CHECK(turns({3, 0}, {0, 4}) == 2);
   CHECK(turns({3, 0}, {0, 3}) == 4);
@@ -86,7 +86,7 @@ TEST_CASE("a lattice turns onto itself by half turns, squares by quarters, equil
 }
 
 TEST_CASE("gaps are the places of missing stems inside, with three neighbours or more") {
-  const planting_lattice rows{{3, 0}, {0, 3}};
+  const lattice_shifts rows{{3, 0}, {0, 3}};
   random_source random(2);
   const positions full = scenes::noisy(scenes::lattice(10, 10, 3), 0.1, random);
   CHECK(find_gaps(index_of(full), rows).empty());
@@ -100,10 +100,10 @@ TEST_CASE("gaps are the places of missing stems inside, with three neighbours or
   }
   auto gaps = find_gaps(index_of(stems), rows);
   REQUIRE(gaps.size() == 3);
-  std::sort(gaps.begin(), gaps.end(), [](const auto& a, const auto& b) { return a.y() < b.y(); });
-  CHECK((gaps[0] - Eigen::Vector2d(6, 6)).norm() < 0.5);
-  CHECK((gaps[1] - Eigen::Vector2d(15, 15)).norm() < 0.5);
-  CHECK((gaps[2] - Eigen::Vector2d(15, 18)).norm() < 0.5);
+  std::sort(gaps.begin(), gaps.end(), [](const auto& a, const auto& b) { return a.y < b.y; });
+  CHECK((gaps[0] - vec2(6, 6)).norm() < 0.5);
+  CHECK((gaps[1] - vec2(15, 15)).norm() < 0.5);
+  CHECK((gaps[2] - vec2(15, 18)).norm() < 0.5);
 }
 
 }  // namespace globalmatch

@@ -45,8 +45,7 @@ void require_brute_force(const position_set& stems) {
     for (const double radius : {0.5, 2.0, 8.0}) {
       const vec3 place = stems.at[i] + vec3{1, 1, 0};
       bool any = false;
-      for (const vec3& p : stems.at)
-        any = any || (p - place).xy().squared_norm() < radius * radius;
+      for (const vec3& p : stems.at) any = any || (p - place).xy().squared_norm() < radius * radius;
       CHECK(index.any_within(place.x, place.y, radius) == any);
     }
   }

@@ -145,7 +145,9 @@ TEST_CASE("the covariance of a cylinder is that of its linearised surface distan
     for (int column = 0; column < 6; ++column) {
       CAPTURE(row, column);
       CHECK(covariance(std::size_t(row), std::size_t(column)) ==
-            Approx(expected(row, column)).epsilon(0.005).margin(1e-3 * std::sqrt(expected(row, row) * expected(column, column))));
+            Approx(expected(row, column))
+                .epsilon(0.005)
+                .margin(1e-3 * std::sqrt(expected(row, row) * expected(column, column))));
     }
 }
 
@@ -153,7 +155,8 @@ TEST_CASE("uncertainties along a stem are those of the linearised axis and radiu
   random_source random(3);
   const cylinder c = leaning_cylinder();
   const auto points = points_on(c, 300, -0.2, 2.4, 1.7, random);
-  const small_matrix covariance = cylinder_covariance(c, points, 0.01, {.usual_taper = 0.01, .taper_weight = 5});
+  const small_matrix covariance =
+      cylinder_covariance(c, points, 0.01, {.usual_taper = 0.01, .taper_weight = 5});
   matrix6 all;
   for (int row = 0; row < 6; ++row)
     for (int column = 0; column < 6; ++column)
@@ -222,9 +225,8 @@ TEST_CASE("the root flare ends so high above the ground where the stem stands, n
   REQUIRE(base);
   CHECK(base->z == Approx(30 + 0.1 * base->x).margin(1e-4));
   const auto above = above_root_flare(stem, as_local_points(points), ground);
-  CHECK(above.size() == std::size_t(std::count_if(points.begin(), points.end(), [&](const vec3& p) {
-          return p.z > base->z + 0.4;
-        })));
+  CHECK(above.size() == std::size_t(std::count_if(points.begin(), points.end(),
+                                                  [&](const vec3& p) { return p.z > base->z + 0.4; })));
   CHECK(above.size() < points.size() - 20);
 }
 
@@ -237,7 +239,8 @@ TEST_CASE("the common taper is that of the best seen stems, as a share of their 
     const bool best = i % 4 == 1;
     stem_cylinder stem;
     const double radius = 0.1 + 0.004 * i;
-    stem.cylinder = {{1.5 + 2 * (i % 9), 1.2 + 2 * (i / 9), 7}, {0, 0, 1}, radius, (best ? 0.05 : 0.005) * radius};
+    stem.cylinder = {
+        {1.5 + 2 * (i % 9), 1.2 + 2 * (i / 9), 7}, {0, 0, 1}, radius, (best ? 0.05 : 0.005) * radius};
     for (const vec3& p : points_on(stem.cylinder, best ? 300 : 150, -1, 2, 5, random)) {
       stem.support.push_back(point_index(points.size()));
       points.push_back(p);
@@ -257,7 +260,8 @@ TEST_CASE("the ground at a stem is a plane whose points count less the farther t
   terrain ground = ground_of(height, x, y, 0.3);
   ground.ground.front().x = float(x + 0.34);  // lifted by the root flare
   ground.ground.front().y = float(y);
-  std::swap(ground.ground.front(), ground.ground[ground.first_ground[ground.node(int(x / 0.5), int(y / 0.5))]]);
+  std::swap(ground.ground.front(),
+            ground.ground[ground.first_ground[ground.node(int(x / 0.5), int(y / 0.5))]]);
   for (vec3f& p : ground.ground)
     if (std::hypot(p.x - x, p.y - y) < radius + 0.07) p.z += 0.015f;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -279,7 +283,8 @@ TEST_CASE("the ground at a stem is a plane whose points count less the farther t
   normal(2, 2) += 3e-3 * weights;
   const double expected = 3 + 0.1 * x - 0.2 * y;
   Eigen::Vector3d shifted = Eigen::Vector3d::Zero();  // heights above the place, as a ridge asks for
-  visit([&](const Eigen::Vector3d& row, double z, double weight) { shifted += weight * (z - expected) * row; });
+  visit(
+      [&](const Eigen::Vector3d& row, double z, double weight) { shifted += weight * (z - expected) * row; });
   const Eigen::Vector3d plane = normal.ldlt().solve(shifted);
   const auto found = ground_at(ground, x, y, radius);
   REQUIRE(found);
@@ -340,8 +345,8 @@ TEST_CASE("a located stem has the radius and its uncertainty at breast height, i
   const double along = (base.z - c.point.z) / c.axis.z, breast = along + 1.3 / c.axis.z;
   CHECK(s->radius == Approx(c.radius - c.taper * breast));
   const double lean = std::hypot(c.axis.x, c.axis.y) / c.axis.z;
-  CHECK(s->radius_sigma == Approx(std::hypot(2.3 * radius_uncertainty(found.covariance, breast),
-                                             c.taper * s->height_sigma)));
+  CHECK(s->radius_sigma ==
+        Approx(std::hypot(2.3 * radius_uncertainty(found.covariance, breast), c.taper * s->height_sigma)));
   CHECK(s->position_sigma ==
         Approx(std::hypot(2.3 * axis_uncertainty(found.covariance, along), lean * s->height_sigma)));
 }
@@ -368,7 +373,8 @@ TEST_CASE("samples on stems are those nearest to the middles of cells, with norm
     return squares;
   };
   const auto cell_of = [&](const vec3& p) {
-    return std::array{std::floor(p.x / cell_width), std::floor(p.y / cell_width), std::floor(p.z / cell_width)};
+    return std::array{std::floor(p.x / cell_width), std::floor(p.y / cell_width),
+                      std::floor(p.z / cell_width)};
   };
   for (std::size_t i = 0; i < map.stem_samples.size(); i += 7) {
     const vec3 p = map.terrain.frame.to_local(from_eigen(map.stem_samples[i]));
@@ -415,7 +421,8 @@ TEST_CASE("the uncertainty of the vertical is the noise of the axes over the roo
     std::vector<vec3> axes;
     for (int i = 0; i < 100; ++i) {
       const double lean = i % 10 == 0 ? 10 : 1;  // a tenth leans much
-      axes.push_back((truth + noise * lean * random.normal() * u + noise * lean * random.normal() * v).normalized());
+      axes.push_back(
+          (truth + noise * lean * random.normal() * u + noise * lean * random.normal() * v).normalized());
     }
     const auto upright = upright_of(axes);
     REQUIRE(upright);

@@ -15,6 +15,7 @@ namespace globalmatch {
 using namespace detail;
 
 using scenes::noisy_match;
+using scenes::reported_uncertainty;
 
 namespace {
 
@@ -50,7 +51,7 @@ TEST_CASE("the 95 % ellipse holds the truth in 92 to 98 of 100, with few pairs a
       for (int i = 0; i < trials; ++i) {
         noisy_match match(pairs, dof, 0.05, random);
         fit_robustly(match.best, match.maps);
-        const auto u = uncertainty_of(match.best, match.maps);
+        const auto u = reported_uncertainty(match);
         REQUIRE(u);
         const auto horizontal_distance = [&](const Eigen::Vector3d& p) {
           const Eigen::Vector2d off = (match.error() * p - p).head<2>();
@@ -75,7 +76,7 @@ TEST_CASE("the expected error is that of repeated matches, and grows away from t
   const Eigen::Vector3d away(60, 0, 0);
   for (int i = 0; i < 1000; ++i) {
     noisy_match match(30, four, 0.05, random);
-    const auto u = uncertainty_of(match.best, match.maps);
+    const auto u = reported_uncertainty(match);
     REQUIRE(u);
     const Eigen::Vector3d p = u->center + away;
     squares += (match.error() * p - p).squaredNorm() / 1000;
@@ -89,7 +90,7 @@ TEST_CASE("the covariance is 4 x 4 in 4-DoF, 6 x 6 in 6-DoF, symmetric and posit
   random_source random(4);
   for (const degrees_of_freedom dof : {four, six}) {
     noisy_match match(12, dof, 0.05, random);
-    const auto u = uncertainty_of(match.best, match.maps);
+    const auto u = reported_uncertainty(match);
     REQUIRE(u);
     REQUIRE(u->covariance.rows() == int(dof));
     CHECK((u->covariance - u->covariance.transpose()).norm() < 1e-12 * u->covariance.norm());
@@ -101,10 +102,10 @@ TEST_CASE("the covariance is 4 x 4 in 4-DoF, 6 x 6 in 6-DoF, symmetric and posit
 TEST_CASE("stems that are known to be certain count for more") {
   random_source random(5);
   noisy_match match(10, four, 0.05, random);
-  const double alike = uncertainty_of(match.best, match.maps)->expected_error({0, 0, 0});
+  const double alike = reported_uncertainty(match)->expected_error({0, 0, 0});
   match.source.sigma.assign(10, 1.0);
   std::fill_n(match.source.sigma.begin(), 5, 1e-3);
-  const auto told = uncertainty_of(match.best, match.maps);
+  const auto told = reported_uncertainty(match);
   REQUIRE(told);
   CHECK(told->expected_error({0, 0, 0}) != Approx(alike));
 }
@@ -112,10 +113,10 @@ TEST_CASE("stems that are known to be certain count for more") {
 TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
   random_source random(6);
   const noisy_match three(3, four, 0.05, random);
-  CHECK(!uncertainty_of(three.best, three.maps));
+  CHECK(!reported_uncertainty(three));
   noisy_match flat(10, four, 0.05, random);
   flat.source.has_heights = false;
-  const auto u = uncertainty_of(flat.best, flat.maps);
+  const auto u = reported_uncertainty(flat);
   REQUIRE(u);
   CHECK(u->covariance(2, 2) == 0);
   CHECK(u->covariance(0, 0) > 0);
@@ -125,14 +126,14 @@ TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
   random_source random(7);
   for (const degrees_of_freedom dof : {four, six}) {
     noisy_match match(12, dof, 0.05, random);
-    const auto u = uncertainty_of(match.best, match.maps);
+    const auto u = reported_uncertainty(match);
     REQUIRE(u);
     const local_frame frame{{500000, 5300000, 1000}, levelling_rotation({0.3, -0.2, 1})};
-    const transform_uncertainty there = in_caller_frame(*u, frame);
+    const transform_uncertainty there = in_caller_frame(*uncertainty_of(match.best, match.maps), frame);
     const Eigen::Vector3d p(12, -7, 3);
-    const Eigen::Matrix3d rotation = frame.local_from_scan_rotation;
-    CHECK((rotation * there.at(frame.to_scan(p)) * rotation.transpose() - u->at(p)).norm() <
-          1e-9 * u->at(p).norm());
+    const Eigen::Matrix3d rotation = to_eigen(frame.rotation);
+    CHECK((rotation * there.at(to_eigen(frame.to_scan(from_eigen(p)))) * rotation.transpose() - u->at(p))
+              .norm() < 1e-9 * u->at(p).norm());
     CHECK(there.up.isApprox(Eigen::Vector3d(0.3, -0.2, 1).normalized()));
   }
 }

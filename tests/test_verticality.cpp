@@ -2,6 +2,8 @@
 #include "globalmatch/detail/mapping/verticality.hpp"
 #include "globalmatch/detail/published/point_verticality.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"

@@ -170,8 +170,8 @@ TEST_CASE("points on the border of a box are in it") {
 TEST_CASE("the mean occupancy counts the points in the cell of each point") {
   // Four cells, by the number of points: 1, 2, 5 and none.
   const auto grid = grid_of(
-      std::vector<point2>{{0.5, 0.5}, {1.5, 0.5}, {1.2, 0.1}, {0.1, 1.1}, {0.2, 1.2}, {0.3, 1.3}, {0.4, 1.4},
-                          {0.5, 1.5}},
+      std::vector<point2>{
+          {0.5, 0.5}, {1.5, 0.5}, {1.2, 0.1}, {0.1, 1.1}, {0.2, 1.2}, {0.3, 1.3}, {0.4, 1.4}, {0.5, 1.5}},
       1.0);
   CHECK(grid.mean_occupancy() == Approx((1 + 4 + 25) / 8.0));
   CHECK(grid_of(std::vector<point2>{}, 1.0).mean_occupancy() == 0);
