@@ -347,7 +347,7 @@ TEST_CASE("every stage of the mapping reports, and each can cancel it") {
   }};
   map_stems(truth.scan, {}, Vector3d::UnitZ(), watch);
   CHECK(stages == std::vector<std::string>{"ground", "understory", "cells", "verticality", "clusters",
-                                           "scatter", "cylinders", "stem positions", "samples"});
+                                           "noise", "cylinders", "stem positions", "samples"});
   for (const std::string& stage : stages) {
     CAPTURE(stage);
     const execution cancel{.threads = 1, .on_progress = [&](const progress& p) { return p.stage != stage; }};
