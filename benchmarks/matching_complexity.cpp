@@ -145,8 +145,10 @@ summary measure_prepared(std::size_t plot_stems, const setting& s, std::size_t r
   const prepared_map prepared =
       prepare_map(forest.target, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
   for (std::size_t r = 0; r < repetitions; ++r) {
-    const two_maps maps{cut_plot(forest.source, plot_stems, random), forest.target,
-                        forest.target_from_source};
+    two_maps maps;
+    maps.source = cut_plot(forest.source, plot_stems, random);
+    maps.target = forest.target;
+    maps.target_from_source = forest.target_from_source;
     reset_peak_memory();
     match_run run = run_match_stems(maps.source, prepared, {}, threads);
     run.peak_memory = peak_memory();
