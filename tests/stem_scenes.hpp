@@ -175,5 +175,11 @@ inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry
 inline double max_error(const rigid& estimate, const Eigen::Isometry3d& truth, const positions& stems) {
   return max_error(to_eigen(estimate), truth, stems);
 }
+inline double max_error(const rigid& estimate, const Eigen::Isometry3d& truth,
+                        const std::vector<vec3>& stems) {
+  positions points;
+  for (const vec3& p : stems) points.push_back(to_eigen(p));
+  return max_error(estimate, truth, points);
+}
 
 }  // namespace globalmatch::scenes

@@ -16,7 +16,7 @@ using scenes::positions;
 namespace {
 
 /// One that chance does not explain, unless told.
-hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
+local_hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
   local_hypothesis h;
   h.log10_nfa = log10_nfa;
   for (stem_index i = 0; i < stems; ++i) h.correspondences.push_back({i, i});

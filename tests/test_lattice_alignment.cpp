@@ -38,7 +38,8 @@ TEST_CASE("rows are laid on rows though no hypothesis does") {
     const auto rows = find_lattice(*maps.target_index);
     REQUIRE(rows);
     const std::vector<local_hypothesis> wrong(1);
-    const scenes::transform_of_scene transformed = align_lattices(maps, *rows, wrong);
+    const scenes::transform_of_scene transformed =
+        align_lattices(maps, find_lattice(*maps.source_index), *rows, wrong);
     CHECK(farthest_off(transformed * truth.inverse(), stand) < 0.9);
   }
 }
@@ -48,9 +49,10 @@ TEST_CASE("of hypotheses the one that lays most stems near others is as good as 
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 50, 30, 30));
   const matching_context maps(stems, stems, true, degrees_of_freedom::four);
   std::vector<local_hypothesis> hypotheses(2);
-  hypotheses[0].target_from_source = scenes::yaw_and_shift(1, {5, 5, 0});
-  const planting_lattice any{{3, 0}, {0, 3}};
-  CHECK(align_lattices(maps, any, hypotheses).isApprox(rigid{}));
+  hypotheses[0].target_from_source = from_eigen(scenes::yaw_and_shift(1, {5, 5, 0}));
+  const lattice_shifts any{{3, 0}, {0, 3}};
+  CHECK(
+      to_eigen(align_lattices(maps, std::nullopt, any, hypotheses)).isApprox(Eigen::Isometry3d::Identity()));
 }
 
 }  // namespace globalmatch

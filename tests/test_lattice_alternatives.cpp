@@ -13,7 +13,7 @@ namespace {
 
 using scenes::four;
 
-hypothesis in_place(const matching_context& maps, double inlier_threshold) {
+local_hypothesis in_place(const matching_context& maps, double inlier_threshold) {
   local_hypothesis h;
   h.inlier_threshold = inlier_threshold;
   h.correspondences = maps.pair_stems(h.target_from_source, inlier_threshold);
@@ -34,13 +34,13 @@ TEST_CASE("rivals of rows are their shifts, and their turns where they are squar
     const auto alternatives = lattice_alternatives(in_place(maps, 0.1), maps);
     bool shifted = false, turned = false;
     for (const local_hypothesis& alternative : alternatives) {
-      const double yaw = std::atan2(alternative.target_from_source.linear()(1, 0),
-                                    alternative.target_from_source.linear()(0, 0));
+      const double yaw = std::atan2(alternative.target_from_source.rotation(1, 0),
+                                    alternative.target_from_source.rotation(0, 0));
       CHECK(alternative.correspondences.size() >= 16);
       if (std::abs(yaw) < 0.1) {
-        const Eigen::Vector2d shift = alternative.target_from_source.translation.head<2>();
-        CHECK(std::abs(std::remainder(shift.x(), 3)) < 0.1);
-        CHECK(std::abs(std::remainder(shift.y(), depth)) < 0.1);
+        const vec2 shift = alternative.target_from_source.translation.xy();
+        CHECK(std::abs(std::remainder(shift.x, 3)) < 0.1);
+        CHECK(std::abs(std::remainder(shift.y, depth)) < 0.1);
         shifted = shifted || shift.norm() > 1;
       } else {
         CHECK(std::abs(std::remainder(yaw, std::acos(-1.0) / 2)) < 0.1);

@@ -37,14 +37,14 @@ struct two_scans {
 };
 
 /// The source shifted by so many columns and rows.
-hypothesis shifted(int columns, int rows) {
+local_hypothesis shifted(int columns, int rows) {
   local_hypothesis h;
-  h.target_from_source.translation = Eigen::Vector3d(3.0 * columns, 3.0 * rows, 0);
+  h.target_from_source.translation = vec3(3.0 * columns, 3.0 * rows, 0);
   h.inlier_threshold = 0.1;
   return h;
 }
 
-const planting_lattice rows_3m{{3, 0}, {0, 3}};
+const lattice_shifts rows_3m{{3, 0}, {0, 3}};
 
 }  // namespace
 
@@ -62,7 +62,8 @@ TEST_CASE("gaps tell the true motion from all others of the lattice, wherever th
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
       CHECK(proposed.front().correspondences.size() > 150);
-      CHECK((proposed.front().target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm() < 0.05);
+      CHECK((to_eigen(proposed.front().target_from_source).matrix() - Eigen::Matrix4d::Identity()).norm() <
+            0.05);
     }
   }
 }

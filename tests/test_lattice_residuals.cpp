@@ -15,7 +15,7 @@ using scenes::positions;
 
 namespace {
 
-const planting_lattice jittered_rows{{3, 0}, {0, 3}};
+const lattice_shifts jittered_rows{{3, 0}, {0, 3}};
 
 /// Two scans, with 5 cm of noise. Stems keep their order.
 struct jittered_scans {
@@ -29,8 +29,8 @@ struct jittered_scans {
         maps(source, target, horizontal, degrees_of_freedom::four) {}
 };
 
-scenes::transform_of_scene shift_of(int columns, int rows) {
-  return scenes::yaw_and_shift(0, {3.0 * columns, 3.0 * rows, 0});
+rigid shift_of(int columns, int rows) {
+  return from_eigen(scenes::yaw_and_shift(0, {3.0 * columns, 3.0 * rows, 0}));
 }
 
 /// Trees that were planted 12 cm off their places.
@@ -68,7 +68,7 @@ TEST_CASE("residuals tell the true motion from all others of the lattice, wherev
     random_source random(seed);
     const positions stand = planted(14, 12, random);
     const jittered_scans scans(stand, stand, random);
-    for (const Eigen::Isometry3d& start : {shift_of(0, 0), shift_of(3, -2), shift_of(-8, 5)}) {
+    for (const rigid& start : {shift_of(0, 0), shift_of(3, -2), shift_of(-8, 5)}) {
       const lattice_residuals residuals(scans.maps, jittered_rows, start);
       CHECK(residuals.score(shift_of(0, 0)).log10_nfa < -5);
       CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
@@ -76,7 +76,8 @@ TEST_CASE("residuals tell the true motion from all others of the lattice, wherev
       REQUIRE(!proposed.empty());
       CHECK(proposed.size() <= 4);
       CHECK(proposed.front().correspondences.size() > 150);
-      CHECK((proposed.front().target_from_source.matrix() - Eigen::Matrix4d::Identity()).norm() < 0.1);
+      CHECK((to_eigen(proposed.front().target_from_source).matrix() - Eigen::Matrix4d::Identity()).norm() <
+            0.1);
     }
   }
 }
@@ -126,11 +127,11 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
     const evidence_score told = residuals.score(shift_of(0, 0));
     CHECK(told.log10_nfa < -3);
-    CHECK(told.evidence == evidence_source::heights);
+    CHECK(told.source == evidence_source::heights);
     CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
     const auto proposed = residuals.propose(1);
     REQUIRE(proposed.size() == 1);
-    CHECK(scenes::max_error(proposed.front().target_from_source, shift_of(0, 0), stand) < 0.1);
+    CHECK(scenes::max_error(proposed.front().target_from_source, to_eigen(shift_of(0, 0)), stand) < 0.1);
 
     const matching_context horizontal_distances(scans.source, scans.target, true, degrees_of_freedom::four);
     CHECK(lattice_residuals(horizontal_distances, jittered_rows, shift_of(3, -2))
@@ -144,7 +145,7 @@ TEST_CASE("heights tell the same when one map lies higher by any amount") {
   const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
   const jittered_scans scans(stand, stand, random, false);
   const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
-  CHECK(residuals.score(scenes::yaw_and_shift(0, {0, 0, 80})).log10_nfa ==
+  CHECK(residuals.score(from_eigen(scenes::yaw_and_shift(0, {0, 0, 80}))).log10_nfa ==
         Approx(residuals.score(shift_of(0, 0)).log10_nfa));
 }
 
@@ -156,14 +157,14 @@ TEST_CASE("in perfect rows on level ground the radii tell the true motion, where
     const auto radii = any_radii(stand.size(), random);
     jittered_scans scans(stand, stand, random);
     scans.source.radius = measured(radii, random);
-    const auto told_of = [&](const Eigen::Isometry3d& transform) {
+    const auto told_of = [&](const rigid& transform) {
       return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(transform);
     };
     CHECK(told_of(shift_of(0, 0)).log10_nfa > -2);
 
     scans.target.radius = measured(radii, random);
     CHECK(told_of(shift_of(0, 0)).log10_nfa < -20);
-    CHECK(told_of(shift_of(0, 0)).evidence == evidence_source::radii);
+    CHECK(told_of(shift_of(0, 0)).source == evidence_source::radii);
     CHECK(told_of(shift_of(1, 0)).log10_nfa > -2);
   }
 }
