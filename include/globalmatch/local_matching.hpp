@@ -28,8 +28,8 @@ struct triangle_pair {
 
 namespace detail {
 
-/// Sum of the differences of corresponding edges [m], or infinity when one of them is not less than `epsilon`:
-/// D_local, [GM] Eq. (4).
+/// Sum of the differences of corresponding edges [m], or infinity when one of them is not less than
+/// `epsilon`: D_local, [GM] Eq. (4).
 inline double local_dissimilarity(const triangle& source, const triangle& target, double epsilon) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {

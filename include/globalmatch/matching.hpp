@@ -46,16 +46,16 @@ struct correspondence {
   auto operator<=>(const correspondence&) const = default;
 };
 
-/// What the false alarms of a hypothesis were judged by.
+/// What the NFA of a hypothesis is that of.
 enum class evidence_source {
-  stems,      ///< how many of them meet
-  gaps,       ///< of a stand in rows: how many of its gaps meet, which tells more
-  residuals,  ///< of a stand in rows: how well its stems meet, which tells more
-  heights,    ///< how well the heights of stems agree, which tells more: the terrain under both maps
-  radii       ///< how well the radii of stems agree, which tells more
+  stems,      ///< how many of them are near others
+  gaps,       ///< of a regular plantation: how many of its gaps match
+  residuals,  ///< of a regular plantation: how well its stems fit
+  heights,    ///< of a regular plantation: how well the heights of stems agree
+  radii       ///< of a regular plantation: how well the radii of stems agree
 };
 
-/// The witness's name, as in the JSON output.
+/// The name of the evidence, as in the JSON output.
 inline std::string_view to_string(evidence_source w) {
   switch (w) {
     case evidence_source::stems:
@@ -72,16 +72,16 @@ inline std::string_view to_string(evidence_source w) {
   return "unknown";
 }
 
-/// A motion that may be the right one, and what speaks for it.
+/// A transform that may be the right one, and the evidence for it.
 struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   double inlier_threshold = 0;  ///< [m] stems this near each other were paired
-  /// Motions by chance that pair as many stems; see `null_model.hpp`. The best one of a matching was judged
-  /// before its last pairs, which may lie further from each other, were added.
+  /// Number of false alarms: transforms expected to do as well by chance; see `detail/matching/evidence.hpp`.
+  /// The best hypothesis was scored before its last pairs, which may be further from each other, were added.
   double log10_nfa = 0;
   double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows
-  evidence_source evidence = evidence_source::stems;  ///< what the false alarms are those of
+  evidence_source evidence = evidence_source::stems;  ///< that `log10_nfa` is of
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
@@ -91,7 +91,7 @@ struct matching_funnel {
   std::size_t source_stems = 0, target_stems = 0;
   std::size_t source_triangles = 0, target_triangles = 0;
   std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
-  std::size_t tested = 0;           ///< motions tried on stems, or consensus sets counted
+  std::size_t tested = 0;           ///< transforms tried on stems, or consensus sets counted
   std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
   std::size_t correspondences = 0;  ///< stems that the best hypothesis pairs
 };
@@ -107,10 +107,10 @@ inline std::vector<funnel_step> explain(const matching_funnel& f) {
       {"local matching", "triangles", f.source_triangles, "pairs of like triangles", f.local_pairs,
        "edges differ by more than the tolerance",
        "the scans overlap too little or the tolerance is too small"},
-      {"global matching", "pairs of like triangles", f.local_pairs, "motions tried", f.tested,
-       "the same motion again, or fewer pairs agree on it than on others", "the scans overlap too little"},
+      {"global matching", "pairs of like triangles", f.local_pairs, "transforms tried", f.tested,
+       "the same transform again, or fewer pairs agree on it than on others", "the scans overlap too little"},
       {"correspondences", "stems of the smaller map", stems, "paired stems", f.correspondences,
-       "laid on no stem of the other map", "the scans overlap too little or the tolerance is too small"},
+       "near no stem of the other map", "the scans overlap too little or the tolerance is too small"},
   };
 }
 
@@ -129,10 +129,10 @@ struct planting_lattice {
   }
 };
 
-/// Covariance of the small motion that leads from the estimate to the truth: a shift and a turn about
+/// Covariance of the small transform that leads from the estimate to the truth: a shift and a turn about
 /// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
-/// in 6-DoF the turns about x, y and z [rad]. The scatter of the stems is not known beforehand: as in
-/// Student's t a few pairs, which hardly tell it, make the covariance larger.
+/// in 6-DoF the turns about x, y and z [rad]. The noise of the stems is not known beforehand: as in
+/// Student's t a few pairs, which hardly determine it, make the covariance larger.
 struct transform_uncertainty {
   /// At most so many rows and columns, without memory of their own.
   template <int Rows, int Columns>
@@ -188,9 +188,9 @@ struct matching {
   std::string reason;                                   ///< empty when registered
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered
   double probability = 0;                               ///< that the best hypothesis is right
-  /// The best one and its rivals, ranked and distinct; indices into the caller's positions. Rivals lay the
-  /// stems elsewhere and pair more of them than stems that stood at random would by chance. The next best one
-  /// is always there, where one was found.
+  /// The best one and its alternatives, ranked and distinct; indices into the caller's positions.
+  /// Alternatives are significant if stems stand at random. The next best one is always there, where one was
+  /// found.
   std::vector<hypothesis> hypotheses;
   std::optional<transform_uncertainty> uncertainty;      ///< of `target_from_source`, in the target's frame
   std::optional<globalmatch::planting_lattice> lattice;  ///< of the target, levelled, where it stands in rows

@@ -46,9 +46,9 @@ inline void require_valid(const decision_options& options) {
 struct matching_options {
   degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
   bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
-  /// [m] epsilon: edges of congruent triangles differ by less, and paired stems are closer ([GM] 3.2.2: 0.05),
-  /// horizontally in 4-DoF (but for the edges of `algorithm_1`). Empty: the one of the smallest NFA, or a wider
-  /// one where three standard deviations of the residuals are more.
+  /// [m] epsilon: edges of congruent triangles differ by less, and paired stems are closer ([GM] 3.2.2:
+  /// 0.05), horizontally in 4-DoF (but for the edges of `algorithm_1`). Empty: the one of the smallest NFA,
+  /// or a wider one where three standard deviations of the residuals are more.
   std::optional<double> inlier_threshold = {};
   /// [m] in 4-DoF the heights of paired stems differ by less: where shrubs hide the ground they are off by
   /// decimetres (ours)

@@ -120,7 +120,8 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   for (const auto& position : positions) {
     if (given.size() % poll_interval == 0) detail::report_progress(exec, "positions", 0);
     double sigma = 0, radius = 0;
-    if constexpr (has_position_sigma<element>) sigma = double(point_traits<element>::position_sigma(position));
+    if constexpr (has_position_sigma<element>)
+      sigma = double(point_traits<element>::position_sigma(position));
     if constexpr (has_radius<element>) radius = detail::given_radius(position);
     detail::add_given(detail::vec3::from(xyz(position)), sigma, radius, name, given);
   }

@@ -1,5 +1,5 @@
-// Stem matching ([GM] 3.2): two sets of stem positions -> the transform between their scans. Needs no ground, no
-// scan.
+// Stem matching ([GM] 3.2): two sets of stem positions -> the transform between their scans. Needs no ground,
+// no scan.
 #pragma once
 
 #include <Eigen/Core>
@@ -74,9 +74,9 @@ inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& sou
           h.consensus};
 }
 
-/// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice that
-/// it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a fine one
-/// explains the stems.
+/// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice
+/// that it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a
+/// fine one explains the stems.
 inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence& positions,
                    const matching_context& context) {
   local_hypothesis best = std::move(hypotheses.front());
@@ -97,8 +97,8 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   rank(hypotheses);
 }
 
-/// Adds the hypotheses of another kind of evidence, scores all by both kinds, and ranks them. Stems are paired
-/// within `search_radius` [m] first, as far as they are on the lattice.
+/// Adds the hypotheses of another kind of evidence, scores all by both kinds, and ranks them. Stems are
+/// paired within `search_radius` [m] first, as far as they are on the lattice.
 template <evidence Evidence>
 void add_evidence(const Evidence& other, double search_radius, const position_evidence& positions,
                   const matching_context& context, std::vector<local_hypothesis>& hypotheses) {
@@ -150,8 +150,8 @@ inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, cons
   while (hypotheses.size() > kept) hypotheses.pop_back();
 }
 
-/// Decides on the hypotheses, which are in the frames of `context`, and writes all to `result` in the frames of
-/// the caller.
+/// Decides on the hypotheses, which are in the frames of `context`, and writes all to `result` in the frames
+/// of the caller.
 inline void conclude(matching& result, std::vector<local_hypothesis>&& hypotheses,
                      const matching_context& context, const matching_options& options) {
   decision decided = decide(hypotheses, context, options.decision);
@@ -184,9 +184,8 @@ inline void require_prepared_for(const prepared_stems& target, const position_se
   const bool horizontal_distances = options.dof == degrees_of_freedom::four;
   if (options.proposal == proposal::triangle_index && horizontal_distances != target.horizontal_distances)
     throw std::invalid_argument(
-        horizontal_distances
-            ? "target was prepared for distances in space; prepare it with dof four"
-            : "target was prepared for horizontal distances; prepare it with dof six");
+        horizontal_distances ? "target was prepared for distances in space; prepare it with dof four"
+                             : "target was prepared for horizontal distances; prepare it with dof six");
 }
 
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
@@ -226,8 +225,8 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   return result;
 }
 
-/// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions in the
-/// internal representation, but throws `operation_cancelled`. The larger map is indexed, the smaller one
+/// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions in
+/// the internal representation, but throws `operation_cancelled`. The larger map is indexed, the smaller one
 /// queries.
 inline matching match_positions(position_set source, position_set target,
                                 const matching_options& options = {}, const execution& exec = {}) {
@@ -238,8 +237,7 @@ inline matching match_positions(position_set source, position_set target,
   const bool horizontal_distances = options.dof == degrees_of_freedom::four,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
-  const prepared_stems prepared =
-      prepare_stems(std::move(target), horizontal_distances, exec, source.size());
+  const prepared_stems prepared = prepare_stems(std::move(target), horizontal_distances, exec, source.size());
   return match_prepared(source, prepared, options, exec, swapped);
 }
 

@@ -70,7 +70,7 @@ inline std::array<float, 3> edge_point(const triangle& t) {
 
 /// The stems nearest to stem `i` by (distance, index), at most `count`, not itself. `found` is reused memory.
 inline void nearest_to(const position_set& stems, const position_index& index, std::size_t i,
-                          std::size_t count, bool horizontal, std::vector<keyed>& found) {
+                       std::size_t count, bool horizontal, std::vector<keyed>& found) {
   const vec3& center = stems.at[i];
   count = std::min(count, stems.size() - 1);
   found.clear();

@@ -35,8 +35,8 @@ inline double middle_extent(const position_set& stems, int axis) {
   return nth_smallest(values, values.size() - 1 - tenth) - lowest;
 }
 
-/// Immutable index over the horizontal positions of a map. Built in O(n), for plots of any shape; queries look
-/// at all stems of a pile within centimetres, and poll for cancelling there.
+/// Immutable index over the horizontal positions of a map. Built in O(n), for plots of any shape; queries
+/// look at all stems of a pile within centimetres, and poll for cancelling there.
 class position_index {
  public:
   position_index() = default;
@@ -100,8 +100,8 @@ class position_index {
   using grid = wrapped_grid<double, 2, stem_index>;
   using visitor = bool (*)(const void* visit, stem_index i, double squared_distance);
 
-  /// Calls `call(visit, stem, squared_distance)` for the stems nearer than `radius`, until it returns true, and
-  /// returns that. Not a template: it is called in many places.
+  /// Calls `call(visit, stem, squared_distance)` for the stems nearer than `radius`, until it returns true,
+  /// and returns that. Not a template: it is called in many places.
   bool visit_within(double x, double y, double radius, const void* visit, visitor call) const {
     constexpr std::size_t between_polls = 4096;  // stems
     std::size_t visited = 0;

@@ -68,8 +68,7 @@ class vote_bounds {
       if (source != s) {
         source = s;
         counts.assign(cells.cells(), 0);
-        for (const vec3& p : at)
-          ++counts[cells.cell(stem_distance(at[s], p, finder_.horizontal()))];
+        for (const vec3& p : at) ++counts[cells.cell(stem_distance(at[s], p, finder_.horizontal()))];
         source_distances.clear();
         for (const correspondence& p : popular_)
           source_distances.push_back(stem_distance(at[s], at[p.source], finder_.horizontal()));

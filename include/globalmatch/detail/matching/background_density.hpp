@@ -53,8 +53,8 @@ class background_density {
 
   /// Probability that a transformed stem is within `inlier_threshold` [m] of one by chance: the mean over
   /// places of stems, so that it is not too small where these stand in clumps; and not less than what the map
-  /// shows when it is shifted from stem to stem, so that a plantation explains its own lattice. Heights, which
-  /// would make it smaller, are left out. 1 in maps of fewer than three stems.
+  /// shows when it is shifted from stem to stem, so that a plantation explains its own lattice. Heights,
+  /// which would make it smaller, are left out. 1 in maps of fewer than three stems.
   double inlier_probability(double inlier_threshold) const {
     if (densities_.empty()) return 1;
     return std::max(poisson_inlier_probability(inlier_threshold),

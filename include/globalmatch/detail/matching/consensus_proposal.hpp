@@ -21,7 +21,8 @@ namespace globalmatch::detail {
 /// the sets that promise most among the pairs it does not explain. `epsilon` in metres. `tested` receives the
 /// number of consensus sets that were counted.
 inline std::vector<local_hypothesis> propose_by_consensus(const matching_context& context,
-                                                          std::span<const triangle_pair> pairs, double epsilon,
+                                                          std::span<const triangle_pair> pairs,
+                                                          double epsilon,
                                                           const global_matching_options& options = {},
                                                           std::size_t* tested = nullptr) {
   require_valid(options);

@@ -46,12 +46,13 @@ inline decision_features features_of(std::span<const local_hypothesis> hypothese
           double(hypotheses[0].correspondences.size())};
 }
 
-/// Probability that the best of ranked hypotheses, scored at one threshold, is right: a logistic regression on
-/// their features, fitted to pairs of made-up maps of which two
-/// thirds share enough stems to be matched (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed
-/// 2`; how well it holds for other stands is in docs/results.md). Maps that have nothing in common come with
-/// smaller odds. 0 for fewer pairs than are needed, and 0.99 at most where it is not significant.
-inline double probability_of(std::span<const local_hypothesis> hypotheses, const decision_options& options = {}) {
+/// Probability that the best of ranked hypotheses, scored at one threshold, is right: a logistic regression
+/// on their features, fitted to pairs of made-up maps of which two thirds share enough stems to be matched
+/// (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed 2`; how well it holds for other stands is
+/// in docs/results.md). Maps that have nothing in common come with smaller odds. 0 for fewer pairs than are
+/// needed, and 0.99 at most where it is not significant.
+inline double probability_of(std::span<const local_hypothesis> hypotheses,
+                             const decision_options& options = {}) {
   constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
                    pairs_coefficient = 0.773, max_if_insignificant = 0.99;
   const decision_features e = features_of(hypotheses);
@@ -113,8 +114,7 @@ inline double certain_tilt(const local_hypothesis& h, const matching_context& co
   const double length = slope.norm();
   if (!(length > 0)) return 0;
   const mat2 of_slope{{{inverse(1, 1), inverse(2, 1)}, {inverse(1, 2), inverse(2, 2)}}};
-  const double doubt =
-      std::sqrt(std::max(0.0, variance * slope.dot(of_slope * slope))) / length;
+  const double doubt = std::sqrt(std::max(0.0, variance * slope.dot(of_slope * slope))) / length;
   return std::atan(std::max(0.0, length - deviations * doubt));
 }
 
@@ -125,7 +125,8 @@ inline std::string text(std::initializer_list<std::string_view> parts) {
   return result;
 }
 
-/// Why the stems that two maps have, or that the best hypothesis pairs, are too few; empty where they are not.
+/// Why the stems that two maps have, or that the best hypothesis pairs, are too few; empty where they are
+/// not.
 inline std::string describe_few_stems(std::span<const local_hypothesis> hypotheses,
                                       const matching_context& context, std::size_t minimum) {
   const std::string needed = text({" stems, at least ", std::to_string(minimum), " are needed; "});
@@ -140,9 +141,9 @@ inline std::string describe_few_stems(std::span<const local_hypothesis> hypothes
                "the scans overlap too little or the tolerance is too small"});
 }
 
-/// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, no alternative that
-/// explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked, distinct,
-/// scored at one threshold, and in the frames of `context`.
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, no alternative
+/// that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked,
+/// distinct, scored at one threshold, and in the frames of `context`.
 inline decision decide(std::span<const local_hypothesis> hypotheses, const matching_context& context,
                        const decision_options& options = {}) {
   require_valid(options);
@@ -152,8 +153,9 @@ inline decision decide(std::span<const local_hypothesis> hypotheses, const match
   const local_hypothesis& best = hypotheses.front();
   const std::string pairs = std::to_string(best.correspondences.size());
   if (minor_axis_sigma(best, context.source) < options.min_minor_axis_sigma)
-    return {outcome::not_registered, text({"matching: the ", pairs,
-                                           " paired stems lie in a line; scans with a wider overlap are needed"})};
+    return {outcome::not_registered,
+            text({"matching: the ", pairs,
+                  " paired stems lie in a line; scans with a wider overlap are needed"})};
   const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
   const bool not_significant = best.log10_nfa > std::log10(options.max_nfa);
   // A plantation explains every shift along itself: so many stems are paired, and that is no evidence.
@@ -170,11 +172,12 @@ inline decision decide(std::span<const local_hypothesis> hypotheses, const match
                                            " stems, which chance explains; more overlap is needed"})};
   const double tilt = context.uses_heights() ? certain_tilt(best, context) : 0;
   if (tilt > options.max_tilt)
-    return {outcome::not_registered,
-            text({"matching: the heights of the ", pairs, " paired stems slope by more than ",
-                  std::to_string(int(tilt * 180 / std::numbers::pi)),
-                  " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
-                  "heights are wrong, which can be ignored (horizontal)"})};
+    return {
+        outcome::not_registered,
+        text({"matching: the heights of the ", pairs, " paired stems slope by more than ",
+              std::to_string(int(tilt * 180 / std::numbers::pi)),
+              " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
+              "heights are wrong, which can be ignored (horizontal)"})};
   return {outcome::registered, ""};
 }
 

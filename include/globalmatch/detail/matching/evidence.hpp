@@ -6,7 +6,8 @@
 //
 //   position_evidence   how many stems are near others    null_model: density and lattice of the target
 //   planting_evidence   how many gaps match, in a regular plantation     each place is a gap with their share
-//                       residuals of positions, of heights, of radii     residuals under all shifts of the lattice
+//                       residuals of positions, of heights, of radii     residuals under all shifts of the
+//                       lattice
 //
 // A new kind is a class like these, and a step of `match_prepared` in stem_matching.hpp.
 #pragma once
@@ -33,8 +34,8 @@ concept evidence = requires(const E& kind, const local_hypothesis& h, std::size_
   { kind.score(h) } -> std::same_as<evidence_score>;
 };
 
-/// The one rule that combines kinds: a hypothesis has the NFA of positions, or that of another kind where this
-/// is smaller and below 0.01. The best of all transforms of a lattice has an NFA of about 1, and is no
+/// The one rule that combines kinds: a hypothesis has the NFA of positions, or that of another kind where
+/// this is smaller and below 0.01. The best of all transforms of a lattice has an NFA of about 1, and is no
 /// evidence.
 inline void combine(local_hypothesis& h, const evidence_score& other) {
   constexpr double significant = -2;

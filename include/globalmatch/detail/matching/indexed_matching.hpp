@@ -1,6 +1,6 @@
 // Indexed proposal: transforms from congruent triangles, tried on the stems around them. In: two maps, one of
-// them indexed. Out: distinct hypotheses, verified over all stems. Cost: a fixed number of queries, each with as
-// many candidates as there are congruent triangles.
+// them indexed. Out: distinct hypotheses, verified over all stems. Cost: a fixed number of queries, each with
+// as many candidates as there are congruent triangles.
 #pragma once
 
 #include <algorithm>
@@ -94,7 +94,8 @@ class triangle_search {
     return sorted;
   }
 
-  bool is_known(const std::array<correspondence, 3>& triangle, std::span<const local_hypothesis> known) const {
+  bool is_known(const std::array<correspondence, 3>& triangle,
+                std::span<const local_hypothesis> known) const {
     for (const local_hypothesis& h : known)
       if (leads_to(triangle, h, context_)) return true;
     return false;
@@ -128,8 +129,8 @@ class triangle_search {
     }
   }
 
-  /// Of the stems around, nearest first, how many are inliers of the triangle's transform; nothing when so few
-  /// of the first ones that the rest is not worth it.
+  /// Of the stems around, nearest first, how many are inliers of the triangle's transform; nothing when so
+  /// few of the first ones that the rest is not worth it.
   std::optional<std::size_t> count_hits(const std::array<correspondence, 3>& triangle) const {
     constexpr std::size_t check_interval = 8, min_share = 5;  // one in five, looked at after every eight
     const double max_distance = 2 * inlier_threshold_;
@@ -160,17 +161,19 @@ class triangle_search {
   std::vector<neighbor<double>> nearest_;  // stems around the one at hand
 };
 
-/// Distinct hypotheses, verified over all stems at `inlier_threshold` [m] and scored, best first. `index` is that
-/// of the target's triangles; `thresholds` [m], increasing, are those that stems may be paired at in the end.
-/// `exhaustive` as in `triangle_search`. What was looked at is added to `funnel`. Throws `operation_cancelled`.
-/// Cost: bounded by the queries and candidates, and linear in the stems for each transform that is verified.
+/// Distinct hypotheses, verified over all stems at `inlier_threshold` [m] and scored, best first. `index` is
+/// that of the target's triangles; `thresholds` [m], increasing, are those that stems may be paired at in the
+/// end. `exhaustive` as in `triangle_search`. What was looked at is added to `funnel`. Throws
+/// `operation_cancelled`. Cost: bounded by the queries and candidates, and linear in the stems for each
+/// transform that is verified.
 inline std::vector<local_hypothesis> match_by_index(const matching_context& context,
                                                     const triangle_index& index, double inlier_threshold,
                                                     const null_model& null,
                                                     std::span<const double> thresholds, bool exhaustive,
                                                     matching_funnel& funnel) {
-  constexpr std::size_t max_queries = 20000, max_candidates = 5'000'000;  // source triangles; target ones (ours)
-  constexpr std::size_t stems_for_alternatives = 5;  // looked at although a hypothesis is found (ours)
+  constexpr std::size_t max_queries = 20000,
+                        max_candidates = 5'000'000;      // source triangles; target ones (ours)
+  constexpr std::size_t stems_for_alternatives = 5;      // looked at although a hypothesis is found (ours)
   const std::size_t best_of_query = exhaustive ? 8 : 2;  // verified over all stems (ours)
   triangle_search search(context, index, inlier_threshold, exhaustive,
                          max_candidates - std::min(max_candidates, funnel.local_pairs));

@@ -1,6 +1,6 @@
-// Lattice alignment: the transform that aligns the lattices of two plantations, wherever on each other. In: two
-// maps of regular plantations. Out: a transform that is right but for shifts and turns of the lattice onto
-// itself.
+// Lattice alignment: the transform that aligns the lattices of two plantations, wherever on each other. In:
+// two maps of regular plantations. Out: a transform that is right but for shifts and turns of the lattice
+// onto itself.
 #pragma once
 
 #include <cstddef>
@@ -25,8 +25,8 @@ inline const vec3& central_stem(const position_set& stems) {
   return *best;
 }
 
-/// The transform of the source's own lattice onto that of the target, middle onto middle; nothing where it has
-/// none, or another one.
+/// The transform of the source's own lattice onto that of the target, middle onto middle; nothing where it
+/// has none, or another one.
 inline std::optional<rigid> align_centers(const matching_context& context,
                                           const std::optional<lattice_shifts>& own,
                                           const lattice_shifts& lattice) {

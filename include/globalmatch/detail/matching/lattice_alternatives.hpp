@@ -1,6 +1,6 @@
-// Lattice alternatives: a regular plantation looks alike after a shift or a turn of its lattice onto itself. In: a
-// hypothesis. Out: those that differ from it by such a shift or turn, so that what triangles did not happen to
-// propose does not pass for absent.
+// Lattice alternatives: a regular plantation looks alike after a shift or a turn of its lattice onto itself.
+// In: a hypothesis. Out: those that differ from it by such a shift or turn, so that what triangles did not
+// happen to propose does not pass for absent.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@
 
 namespace globalmatch::detail {
 
-/// Shifts of the target frame that move stem `t` to one of its nearest stems, and turns about it that move its
-/// nearest stem to another one about as near.
+/// Shifts of the target frame that move stem `t` to one of its nearest stems, and turns about it that move
+/// its nearest stem to another one about as near.
 inline std::vector<rigid> local_symmetries(const matching_context& context, stem_index t,
                                            double inlier_threshold) {
   constexpr std::size_t shifts = 4, turned_to = 6;
@@ -39,9 +39,10 @@ inline std::vector<rigid> local_symmetries(const matching_context& context, stem
   return symmetries;
 }
 
-/// Hypotheses at the threshold of `h` that differ from it by shifts and turns of the target onto itself, around
-/// some of the stems that it pairs, where they pair half as many or more; verified, not scored. Few where stems
-/// stand at random. Cost: some dozen looks at the stems around a stem, and at most `maximum` verifications.
+/// Hypotheses at the threshold of `h` that differ from it by shifts and turns of the target onto itself,
+/// around some of the stems that it pairs, where they pair half as many or more; verified, not scored. Few
+/// where stems stand at random. Cost: some dozen looks at the stems around a stem, and at most `maximum`
+/// verifications.
 inline std::vector<local_hypothesis> lattice_alternatives(const local_hypothesis& h,
                                                           const matching_context& context) {
   constexpr std::size_t sampled = 4, maximum = 16;  // paired stems; alternatives that are enough

@@ -1,6 +1,6 @@
-// Lattice gaps: a regular plantation looks alike under all shifts of its lattice, but for the gaps in it. In: a
-// transform that aligns the lattices. Out: the transforms of the lattice onto itself under which gaps match, and
-// how many would by chance.
+// Lattice gaps: a regular plantation looks alike under all shifts of its lattice, but for the gaps in it. In:
+// a transform that aligns the lattices. Out: the transforms of the lattice onto itself under which gaps
+// match, and how many would by chance.
 #pragma once
 
 #include <cmath>
@@ -33,8 +33,8 @@ class lattice_gaps {
     source_ = find_gaps(*context.source_index, {back * lattice.first, back * lattice.second});
   }
 
-  /// NFA: transforms of the lattice onto itself that would, by chance, place as many gaps of the source on gaps
-  /// of the target: each is on one with the share of the places that are gaps.
+  /// NFA: transforms of the lattice onto itself that would, by chance, place as many gaps of the source on
+  /// gaps of the target: each is on one with the share of the places that are gaps.
   evidence_score score(const rigid& target_from_source) const {
     const double gaps = double(target_.size()), stems = double(context_.target.size());
     const double search_radius = lattice_.search_radius();
@@ -65,7 +65,8 @@ class lattice_gaps {
     std::vector<local_hypothesis> proposed;
     for (const keyed& best : order) {
       const double search_radius = lattice_.search_radius();
-      if (auto h = verify(context_, context_.pair_stems(transforms[best.value], search_radius), search_radius))
+      if (auto h =
+              verify(context_, context_.pair_stems(transforms[best.value], search_radius), search_radius))
         proposed.push_back(std::move(*h));
     }
     return proposed;
@@ -96,7 +97,8 @@ class lattice_gaps {
     }
     sort_keyed(votes);
     for (std::size_t begin = 0, end = 0; begin < votes.size(); begin = end) {
-      while (end < votes.size() && votes[end].key == votes[begin].key && votes[end].value == votes[begin].value)
+      while (end < votes.size() && votes[end].key == votes[begin].key &&
+             votes[end].value == votes[begin].value)
         ++end;
       const vec2 shift = basis * vec2{number_of(votes[begin].key), number_of(votes[begin].value)};
       order.push_back({~std::uint64_t(end - begin), transforms.size()});

@@ -1,7 +1,7 @@
-// Lattice residuals: under a wrong shift of its lattice the stems of a regular plantation have residuals as large
-// as they were planted off their places; under the right one only as large as they were measured wrong. So have
-// their heights and radii. In: a transform that aligns the lattices. Out: the transforms of the lattice onto
-// itself that fit best, and how many would fit as well by chance.
+// Lattice residuals: under a wrong shift of its lattice the stems of a regular plantation have residuals as
+// large as they were planted off their places; under the right one only as large as they were measured wrong.
+// So have their heights and radii. In: a transform that aligns the lattices. Out: the transforms of the
+// lattice onto itself that fit best, and how many would fit as well by chance.
 #pragma once
 
 #include <cmath>
@@ -29,8 +29,8 @@ namespace globalmatch::detail {
 class lattice_residuals {
  public:
   /// `lattice` is the lattice of the target, and `initial` aligns that of the source with it. Cost: as many
-  /// transforms as there are stems, or some more, of some hundreds of stems each; maps of so many that this is
-  /// more than some millions have no score.
+  /// transforms as there are stems, or some more, of some hundreds of stems each; maps of so many that this
+  /// is more than some millions have no score.
   lattice_residuals(const matching_context& context, const lattice_shifts& lattice, const rigid& initial)
       : context_(context), lattice_(lattice), step_((context.source.size() + enough - 1) / enough) {
     const vec3 pivot = central_position(initial);
@@ -48,8 +48,8 @@ class lattice_residuals {
     return score(residuals[0], residuals[1], residuals[2]);
   }
 
-  /// Hypotheses of the transforms that fit best, at most `maximum`, verified over all stems as far as these are
-  /// on the lattice, not scored.
+  /// Hypotheses of the transforms that fit best, at most `maximum`, verified over all stems as far as these
+  /// are on the lattice, not scored.
   std::vector<local_hypothesis> propose(std::size_t maximum) const {
     std::vector<keyed> order;
     for (std::size_t i = 0; kinds_[0].null_model.is_known() && i < transforms_.size(); ++i) {
@@ -61,7 +61,8 @@ class lattice_residuals {
     std::vector<local_hypothesis> proposed;
     const double search_radius = lattice_.search_radius();
     for (const keyed& best : order)
-      if (auto h = verify(context_, context_.pair_stems(transforms_[best.value], search_radius), search_radius))
+      if (auto h =
+              verify(context_, context_.pair_stems(transforms_[best.value], search_radius), search_radius))
         proposed.push_back(std::move(*h));
     return proposed;
   }
@@ -136,7 +137,8 @@ class lattice_residuals {
     return pairs.size() < residual_null_model::min_pairs ? std::nullopt : context_.fit(pairs);
   }
 
-  /// A transform fitted to the stems it pairs until convergence: the lattice gives its yaw to some degrees only.
+  /// A transform fitted to the stems it pairs until convergence: the lattice gives its yaw to some degrees
+  /// only.
   rigid refined(rigid transform) const {
     constexpr int max_iterations = 20;
     std::vector<correspondence> before;
@@ -159,8 +161,8 @@ class lattice_residuals {
     std::uint64_t key() const { return key_of(std::uint32_t(i), std::uint32_t(j)); }
   };
 
-  /// Walks along the lattice, one place after the other, as far as enough stems match. Each transform is fitted,
-  /// so that neither the lattice nor the yaw need be known well enough for places far away.
+  /// Walks along the lattice, one place after the other, as far as enough stems match. Each transform is
+  /// fitted, so that neither the lattice nor the yaw need be known well enough for places far away.
   void traverse(const rigid& start) {
     std::vector<place> ahead = {{0, 0, start}};
     std::vector<std::uint64_t> seen = {ahead[0].key()};  // increasing

@@ -54,7 +54,7 @@ class matching_context {
                    std::shared_ptr<const position_index> index_of_source,
                    std::shared_ptr<const position_index> index_of_target, bool ignore_heights,
                    degrees_of_freedom freedom, double height_threshold = 1,
-                   const execution& how_to_run = default_execution())
+                   const execution& run_by = default_execution())
       : source(source_stems),
         target(target_stems),
         horizontal(ignore_heights),
@@ -62,7 +62,7 @@ class matching_context {
         vertical_threshold(height_threshold),
         source_index(std::move(index_of_source)),
         target_index(std::move(index_of_target)),
-        exec(how_to_run) {}
+        exec(run_by) {}
 
   /// The same maps the other way round.
   matching_context reversed() const {
@@ -125,17 +125,19 @@ class matching_context {
     std::size_t visited = 0;
     for_each_source_within(center, radius, [&](stem_index s) {
       poll_cancelled_at(visited++);
-      for_each_inlier(
-          target_from_source * source.at[s], inlier_threshold,
-          [&](stem_index t, double distance) { candidates.push_back({key_of(distance), key_of(s, t)}); });
+      for_each_inlier(target_from_source * source.at[s], inlier_threshold,
+                      [&](stem_index t, double distance) {
+                        candidates.push_back({key_of(distance), key_of(s, t)});
+                      });
     });
     sort_keyed(candidates);
     return take_one_to_one(candidates);
   }
 
-  /// Least squares transform over the correspondences, all equal or with `weights`; in 4-DoF its height is the
-  /// median of what they ask for.
-  std::optional<rigid> fit(std::span<const correspondence> pairs, std::span<const double> weights = {}) const {
+  /// Least squares transform over the correspondences, all equal or with `weights`; in 4-DoF its height is
+  /// the median of what they ask for.
+  std::optional<rigid> fit(std::span<const correspondence> pairs,
+                           std::span<const double> weights = {}) const {
     constexpr std::size_t few = 3;  // of the triangles, by the million
     if (pairs.size() <= few) {
       vec3 from[few], to[few];

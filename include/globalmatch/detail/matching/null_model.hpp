@@ -63,9 +63,9 @@ class null_model {
   };
 
   /// Transforms source stems, some thousands from all over where both maps are large, and looks for target
-  /// stems within `search_radius` [m] of them. In 4-DoF the height of the transform is first fitted to what is
-  /// within `inlier_threshold` [m]; a target stem of another height may then hide one behind it, which makes
-  /// what is matched a lower bound.
+  /// stems within `search_radius` [m] of them. In 4-DoF the height of the transform is first fitted to what
+  /// is within `inlier_threshold` [m]; a target stem of another height may then hide one behind it, which
+  /// makes what is matched a lower bound.
   residual_set residuals_under(const rigid& target_from_source, double search_radius,
                                double inlier_threshold) const {
     constexpr std::size_t max_sampled = 8192;
@@ -111,12 +111,12 @@ class null_model {
                                       std::log(significance_level);
   }
 
-  /// Logarithm to base 10 of the NFA at an inlier threshold [m]: transforms that would, by chance, place stems
-  /// as near to others as `set`. An inlier counts by 1 less the probability, among inliers by chance, of being
-  /// as near: 1 to 0, evenly, if it is one by chance (the horizontal score of Torr and Zisserman 2000,
-  /// MLESAC, Computer Vision and Image Understanding 78). The tests are all transforms that two pairs of stems
-  /// fix (three in 6-DoF), at all thresholds; as many pairs are then no evidence. After Moisan and Stival 2004,
-  /// A probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3).
+  /// Logarithm to base 10 of the NFA at an inlier threshold [m]: transforms that would, by chance, place
+  /// stems as near to others as `set`. An inlier counts by 1 less the probability, among inliers by chance,
+  /// of being as near: 1 to 0, evenly, if it is one by chance (the horizontal score of Torr and Zisserman
+  /// 2000, MLESAC, Computer Vision and Image Understanding 78). The tests are all transforms that two pairs
+  /// of stems fix (three in 6-DoF), at all thresholds; as many pairs are then no evidence. After Moisan and
+  /// Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3).
   double log10_nfa(const residual_set& set, double inlier_threshold) const {
     return log10_nfa(set, set.cumulative_probability, inlier_threshold,
                      at(inlier_threshold).inlier_probability);
@@ -171,8 +171,8 @@ class null_model {
   }
 
   /// Sums of the probabilities of being as near, of the first residuals [m, increasing]. Between the
-  /// thresholds that are known they grow with the area of the circle. Copied stems, whose residuals are 0, are
-  /// as probable as others.
+  /// thresholds that are known they grow with the area of the circle. Copied stems, whose residuals are 0,
+  /// are as probable as others.
   std::vector<double> cumulative_probabilities(const std::vector<double>& residuals,
                                                double probabilities::*of) const {
     constexpr double min_residual = 1e-4;  // [m] no position is known better
@@ -226,8 +226,8 @@ class null_model {
     return vertical_offset;
   }
 
-  /// Transforms that two pairs of stems fix (three in 6-DoF), at each of the thresholds: any two source stems,
-  /// and target stems as far from each other as these are.
+  /// Transforms that two pairs of stems fix (three in 6-DoF), at each of the thresholds: any two source
+  /// stems, and target stems as far from each other as these are.
   double number_of_tests(double inlier_threshold) const {
     const double sources = double(context_.source.size()), targets = double(context_.target.size());
     const double apart = std::min(source_extent_, target_->extent()) / 2;  // [m] two stems, typically

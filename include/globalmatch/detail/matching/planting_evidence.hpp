@@ -1,5 +1,5 @@
-// Evidence of a regular plantation, where positions alone explain every shift of the lattice: its gaps, and how
-// well its stems fit.
+// Evidence of a regular plantation, where positions alone explain every shift of the lattice: its gaps, and
+// how well its stems fit.
 #pragma once
 
 #include <cstddef>
@@ -45,5 +45,7 @@ class planting_evidence {
   lattice_gaps gaps_;
   std::optional<lattice_residuals> residuals_;
 };
+
+static_assert(evidence<planting_evidence>);
 
 }  // namespace globalmatch::detail

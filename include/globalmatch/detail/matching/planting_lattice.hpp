@@ -25,9 +25,7 @@ struct lattice_shifts {
   /// [rad] of the rows, 0 to pi counter-clockwise from x
   double direction() const { return std::atan2(first.y, first.x); }
   /// [rad] between both shifts
-  double angle() const {
-    return std::atan2(first.x * second.y - first.y * second.x, first.dot(second));
-  }
+  double angle() const { return std::atan2(first.x * second.y - first.y * second.x, first.dot(second)); }
   /// [m] stems this near a place of the lattice belong to it: nearer to it than to any other, with a margin
   double search_radius() const { return 0.3 * std::min(first.norm(), (second - first).norm()); }
   /// Both shifts as columns.
@@ -131,9 +129,7 @@ inline std::optional<lattice_shifts> find_lattice(const position_index& stems) {
 /// sides are taken, so that a row that was felled, or the border, leaves none. Cost: linear in the stems.
 inline std::vector<vec2> find_gaps(const position_index& stems, const lattice_shifts& lattice) {
   const double search_radius = lattice.search_radius();
-  const auto is_taken = [&](const vec2& p) {
-    return stems.any_within(p.x, p.y, search_radius);
-  };
+  const auto is_taken = [&](const vec2& p) { return stems.any_within(p.x, p.y, search_radius); };
   position_set candidates;
   for (stem_index i = 0; i < stems.size(); ++i)
     for (const vec2& shift : {lattice.first, lattice.second}) {
@@ -149,8 +145,7 @@ inline std::vector<vec2> find_gaps(const position_index& stems, const lattice_sh
   for (stem_index i = 0; i < found.size(); ++i) {
     bool first = true;
     const vec2& p = found.at(i);
-    found.for_each_within(p.x, p.y, search_radius,
-                          [&](stem_index j, double) { first = first && i <= j; });
+    found.for_each_within(p.x, p.y, search_radius, [&](stem_index j, double) { first = first && i <= j; });
     if (first) gaps.push_back(p);
   }
   return gaps;

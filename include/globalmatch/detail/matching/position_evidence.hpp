@@ -30,9 +30,9 @@ inline constexpr double proposal_thresholds[] = {0.05, 0.1, 0.2, 0.4};
 inline constexpr double pairing_thresholds[] = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                 0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
 
-/// The background density of the target stems that a hypothesis pairs: some thousands from one place where there
-/// are more, and none where they are too few to tell a lattice from chance. They may be planted though most of
-/// the map is not.
+/// The background density of the target stems that a hypothesis pairs: some thousands from one place where
+/// there are more, and none where they are too few to tell a lattice from chance. They may be planted though
+/// most of the map is not.
 inline background_density paired_background(const local_hypothesis& h, const matching_context& context) {
   constexpr std::size_t minimum = 20;
   constexpr double maximum = 4096;
@@ -78,15 +78,13 @@ class position_evidence {
   evidence_score score(const local_hypothesis& h) const {
     local_hypothesis scored;
     scored.inlier_threshold = h.inlier_threshold;
-    null_model_.score(scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold,
-                                                          h.inlier_threshold));
+    null_model_.score(
+        scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold, h.inlier_threshold));
     return {scored.log10_nfa, evidence_source::stems, scored.log10_nfa_poisson};
   }
 
   /// Scores a hypothesis, re-paired and refitted at the best of some thresholds.
-  void refit(local_hypothesis& h, thresholds some) const {
-    score_hypothesis(h, context_, null_model_, some);
-  }
+  void refit(local_hypothesis& h, thresholds some) const { score_hypothesis(h, context_, null_model_, some); }
 
   /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs.
   void include_lattice_of(const local_hypothesis& h) {
@@ -158,5 +156,7 @@ class position_evidence {
   thresholds proposing_, pairing_;  // [m]
   null_model null_model_;
 };
+
+static_assert(evidence<position_evidence>);
 
 }  // namespace globalmatch::detail

@@ -29,7 +29,8 @@ struct prepared_stems {
   bool horizontal_distances = true;  ///< edges of the triangles are horizontal
 };
 
-inline prepared_stems without_triangles(position_set stems, bool horizontal_distances, const execution& exec) {
+inline prepared_stems without_triangles(position_set stems, bool horizontal_distances,
+                                        const execution& exec) {
   prepared_stems map{std::move(stems), nullptr, nullptr, {}, horizontal_distances};
   map.index = std::make_shared<position_index>(map.stems, exec);
   map.background = std::make_shared<background_density>(map.stems, map.index);
@@ -40,7 +41,7 @@ inline prepared_stems without_triangles(position_set stems, bool horizontal_dist
 /// some of its own.
 inline prepared_stems prepare_stems(position_set stems, bool horizontal_distances, const execution& exec,
                                     std::size_t min_queried = 0) {
-  constexpr std::size_t target_neighbors = 5;  // stems around each that make triangles (ours)
+  constexpr std::size_t target_neighbors = 5;      // stems around each that make triangles (ours)
   constexpr std::size_t sufficient_stems = 20000;  // of larger maps, share enough triangles (ours)
   prepared_stems map = without_triangles(std::move(stems), horizontal_distances, exec);
   const std::size_t neighbors =

@@ -1,6 +1,6 @@
-// Null model of residuals, of positions, heights or radii: those of stems that were paired though they are not
-// one. In: residuals under many transforms, hardly any of which is right. Out: how improbable it is that pairs
-// fit as well as they do.
+// Null model of residuals, of positions, heights or radii: those of stems that were paired though they are
+// not one. In: residuals under many transforms, hardly any of which is right. Out: how improbable it is that
+// pairs fit as well as they do.
 #pragma once
 
 #include <algorithm>
@@ -44,11 +44,11 @@ class residual_null_model {
   /// Whether there was something to learn from.
   bool is_known() const { return factor_ > 0; }
 
-  /// Natural logarithm of the probability that by chance pairs fit as well. A residual counts by the logarithm
-  /// of the share of all residuals that are larger; the sum over the pairs is gamma distributed whatever the
-  /// residuals are like, and wider by as much as the sums of the known transforms are, where stems near each
-  /// other fit together or not. `fitted` pairs' worth of noise was taken away by a fit to these pairs. 0 for
-  /// fewer than a dozen pairs.
+  /// Natural logarithm of the probability that by chance pairs fit as well. A residual counts by the
+  /// logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
+  /// whatever the residuals are like, and wider by as much as the sums of the known transforms are, where
+  /// stems near each other fit together or not. `fitted` pairs' worth of noise was taken away by a fit to
+  /// these pairs. 0 for fewer than a dozen pairs.
   double log_probability(std::span<const float> residuals, double fitted) const {
     const double pairs = double(residuals.size());
     if (!is_known() || residuals.size() < min_pairs) return 0;

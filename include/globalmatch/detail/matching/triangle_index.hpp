@@ -25,8 +25,8 @@ namespace globalmatch::detail {
 /// Stems around a stem that make triangles with it in small maps ([GM] 3.2.1: K = 20).
 inline constexpr std::size_t exhaustive_neighbors = 20;
 
-/// For every `step`th stem its `count` horizontally nearest, by (distance, index), in one flat array; fewer when
-/// the map has fewer. Parallel.
+/// For every `step`th stem its `count` horizontally nearest, by (distance, index), in one flat array; fewer
+/// when the map has fewer. Parallel.
 inline std::vector<stem_index> nearest_stems(const position_index& stems, std::size_t count,
                                              const execution& exec = {}, std::size_t step = 1) {
   count = std::min(count, stems.size() - std::min<std::size_t>(stems.size(), 1));

@@ -1,5 +1,5 @@
-// Uncertainty of a transform. In: a hypothesis. Out: the covariance of its transform, from the residuals of its
-// pairs and from where they lie.
+// Uncertainty of a transform. In: a hypothesis. Out: the covariance of its transform, from the residuals of
+// its pairs and from where they lie.
 #pragma once
 
 #include <cmath>
@@ -83,10 +83,10 @@ inline double variance_of_height(const local_hypothesis& h, const matching_conte
   return median_of_normal * variance_of_t(count - 1) * squares / (count - 1) / count;
 }
 
-/// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`; residuals
-/// are taken for independent, and as large as `position_sigma` says, but for one factor, or alike. The height
-/// of 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs. Cost:
-/// linear in the pairs.
+/// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
+/// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
+/// The height of 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs.
+/// Cost: linear in the pairs.
 inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h,
                                                        const matching_context& context) {
   constexpr std::size_t minimum = 4;

@@ -90,11 +90,12 @@ inline std::optional<local_hypothesis> verify(const matching_context& context,
 template <class IsPromising>
 std::optional<local_hypothesis> verify(const matching_context& context, std::span<const correspondence> start,
                                        double inlier_threshold, const IsPromising& is_promising) {
-  return verify(context, start, inlier_threshold,
-                promise_check{std::addressof(is_promising),
-                              [](const void* of, const rigid& transform, const vec3& center, double radius) {
-                                return bool((*static_cast<const IsPromising*>(of))(transform, center, radius));
-                              }});
+  return verify(
+      context, start, inlier_threshold,
+      promise_check{std::addressof(is_promising),
+                    [](const void* of, const rigid& transform, const vec3& center, double radius) {
+                      return bool((*static_cast<const IsPromising*>(of))(transform, center, radius));
+                    }});
 }
 
 /// The same for hypotheses that are promising whatever they look like around the start.
