@@ -46,7 +46,8 @@ inline void require_valid(const icp_options& options) {
   if (!(options.max_distance > 0)) throw std::invalid_argument("icp.max_distance must be positive");
   if (!(options.trimming > 0)) throw std::invalid_argument("icp.trimming must be positive");
   if (options.max_iterations < 1) throw std::invalid_argument("icp.max_iterations must be at least 1");
-  if (!(options.convergence_threshold > 0)) throw std::invalid_argument("icp.convergence_threshold must be positive");
+  if (!(options.convergence_threshold > 0))
+    throw std::invalid_argument("icp.convergence_threshold must be positive");
   if (options.max_points < 6) throw std::invalid_argument("icp.max_points must be at least 6");
   if (options.plane_neighbors < 3) throw std::invalid_argument("icp.plane_neighbors must be at least 3");
 }

@@ -77,7 +77,7 @@ struct hypothesis {
   std::vector<correspondence> correspondences;  ///< one to one, increasing
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   double inlier_threshold = 0;  ///< [m] stems this near each other were paired
-  /// Number of false alarms: transforms expected to do as well by chance; see `detail/matching/evidence.hpp`.
+  /// Number of false alarms: transforms expected to do as well at random; see `detail/matching/evidence.hpp`.
   /// The best hypothesis was scored before its last pairs, which may be further from each other, were added.
   double log10_nfa = 0;
   double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows

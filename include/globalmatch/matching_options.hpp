@@ -22,7 +22,7 @@ struct decision_options {
   int min_correspondences = 4;  ///< stems in both maps (ours)
   double min_minor_axis_sigma =
       0.5;  ///< [m] standard deviation of these across the line that fits them best (ours)
-  /// Number of false alarms: transforms expected to do as well by chance. One to be trusted has fewer (ours).
+  /// Number of false alarms: transforms expected to do as well at random. One to be trusted has fewer (ours).
   double max_nfa = 1e-3;
   /// An alternative whose log10 NFA is at least this share of the best one's makes it ambiguous (ours).
   double alternative_share = 0.5;

@@ -110,7 +110,7 @@ void add_evidence(const Evidence& other, double search_radius, const position_ev
             verify(context, context.pair_stems(h.target_from_source, search_radius), search_radius))
       candidates.push_back(std::move(*with_all_stems));
   for (local_hypothesis& h : candidates) {
-    // On a lattice chance explains as much at any threshold; that of what was found so far may not fit.
+    // On a lattice the NFA is as large at any threshold; that of what was found so far may not fit.
     const double inlier_threshold = threshold_from_residuals(context, h, positions.pairing());
     positions.refit(h, {&inlier_threshold, 1});
     combine(h, other.score(h));

@@ -1,5 +1,5 @@
 // Background density: how densely the stems of a map stand, and whether in a regular plantation. In: a stem
-// map. Out: the probability that a place among them is near one by chance.
+// map. Out: the probability that a random place among them is near one.
 #pragma once
 
 #include <algorithm>
@@ -51,7 +51,7 @@ class background_density {
   /// Radius [m] of the circle that one stem has to itself, typically; 0 in maps of fewer than three stems.
   double stem_radius() const { return stem_radius_; }
 
-  /// Probability that a transformed stem is within `inlier_threshold` [m] of one by chance: the mean over
+  /// Probability that an unrelated stem is within `inlier_threshold` [m] of one: the mean over
   /// places of stems, so that it is not too small where these stand in clumps; and not less than what the map
   /// shows when it is shifted from stem to stem, so that a plantation explains its own lattice. Heights,
   /// which would make it smaller, are left out. 1 in maps of fewer than three stems.
@@ -82,7 +82,7 @@ class background_density {
     return p;
   }
 
-  /// Whether stems repeat at some shifts more often than by chance.
+  /// Whether stems repeat at some shifts more often than at random.
   bool has_lattice() const { return !lattice_.empty(); }
 
   /// Whether stems stand around a place.
@@ -112,9 +112,9 @@ class background_density {
     double all[classes] = {};      ///< all stems within each distance
   };
 
-  /// Finds within which distance more stems match another one than by chance, when the map is shifted from
-  /// stems to their nearest ones. Chance is a random map, and one that is as dense just beyond that distance:
-  /// clumps stay clumps a little aside, rows leave the ground beside them empty.
+  /// Finds within which distance more stems match another one than under the null model, when the map is
+  /// shifted from stems to their nearest ones. Chance is a random map, and one that is as dense just beyond
+  /// that distance: clumps stay clumps a little aside, rows leave the ground beside them empty.
   void find_lattice(const position_set& stems) {
     constexpr double significance_level = 1e-6;
     autocorrelation own = autocorrelate(stems);

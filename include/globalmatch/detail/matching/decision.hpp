@@ -169,7 +169,7 @@ inline decision decide(std::span<const local_hypothesis> hypotheses, const match
                   std::to_string(second), "; more overlap is needed to tell them apart"})};
   if (not_significant)
     return {outcome::not_registered, text({"matching: the best transform pairs ", pairs,
-                                           " stems, which chance explains; more overlap is needed"})};
+                                           " stems, which is not significant; more overlap is needed"})};
   const double tilt = context.uses_heights() ? certain_tilt(best, context) : 0;
   if (tilt > options.max_tilt)
     return {

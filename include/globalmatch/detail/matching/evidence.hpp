@@ -2,7 +2,7 @@
 //
 // A kind proposes hypotheses of its own, and scores any: with the number of false alarms (NFA), the number of
 // transforms that are expected to do as well as this one if source and target had nothing to do with each
-// other. Each kind has a null model, which says what "by chance" means for it:
+// other. Each kind has a null model, which says what is expected of unrelated maps:
 //
 //   position_evidence   how many stems are near others    null_model: density and lattice of the target
 //   planting_evidence   how many gaps match, in a regular plantation     each place is a gap with their share

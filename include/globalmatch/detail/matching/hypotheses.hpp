@@ -1,4 +1,4 @@
-// Hypotheses: transforms with the stems they pair, ranked and told apart.
+// Hypotheses: transforms with the stems they pair, ranked and distinct.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct local_hypothesis {
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };
 
-/// The less probable by chance first, then that of more paired stems, then of nearer ones, then of larger
+/// The smaller NFA first, then that of more paired stems, then of nearer ones, then of larger
 /// consensus sets.
 inline bool ranks_before(const local_hypothesis& a, const local_hypothesis& b) {
   if (a.log10_nfa != b.log10_nfa) return a.log10_nfa < b.log10_nfa;

@@ -1,6 +1,6 @@
 // Lattice gaps: a regular plantation looks alike under all shifts of its lattice, but for the gaps in it. In:
 // a transform that aligns the lattices. Out: the transforms of the lattice onto itself under which gaps
-// match, and how many would by chance.
+// match, and how many are expected to.
 #pragma once
 
 #include <cmath>
@@ -33,7 +33,7 @@ class lattice_gaps {
     source_ = find_gaps(*context.source_index, {back * lattice.first, back * lattice.second});
   }
 
-  /// NFA: transforms of the lattice onto itself that would, by chance, place as many gaps of the source on
+  /// NFA: transforms of the lattice onto itself that are expected to place as many gaps of the source on
   /// gaps of the target: each is on one with the share of the places that are gaps.
   evidence_score score(const rigid& target_from_source) const {
     const double gaps = double(target_.size()), stems = double(context_.target.size());

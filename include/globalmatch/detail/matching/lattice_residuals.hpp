@@ -1,7 +1,7 @@
 // Lattice residuals: under a wrong shift of its lattice the stems of a regular plantation have residuals as
 // large as they were planted off their places; under the right one only as large as they were measured wrong.
 // So have their heights and radii. In: a transform that aligns the lattices. Out: the transforms of the
-// lattice onto itself that fit best, and how many would fit as well by chance.
+// lattice onto itself that fit best, and how many are expected to fit as well.
 #pragma once
 
 #include <cmath>
@@ -39,9 +39,9 @@ class lattice_residuals {
     for (kind& k : kinds_) k.null_model = residual_null_model(k.of_transforms);
   }
 
-  /// NFA: the probability that by chance the stems fit as well, in position, in height, in radius, or in all
-  /// of these together (Fisher's combination), times the transforms of the lattice onto itself. 0 where too
-  /// little is known.
+  /// NFA: the probability under the null model that the stems fit as well, in position, in height, in radius,
+  /// or in all of these together (Fisher's combination), times the transforms of the lattice onto itself. 0
+  /// where too little is known.
   evidence_score score(const rigid& target_from_source) const {
     std::vector<float> residuals[kind_count];
     find_residuals(target_from_source, pair_nearest(target_from_source), residuals);

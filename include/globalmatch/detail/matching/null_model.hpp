@@ -1,4 +1,4 @@
-// Null model of positions: could so many stems match by chance? An a-contrario measure after [DMM] Desolneux,
+// Null model of positions: could so many stems match at random? An a-contrario measure after [DMM] Desolneux,
 // Moisan and Morel 2000, Meaningful alignments, Int. J. Computer Vision 40(1).
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace globalmatch::detail {
 
-/// What happens by chance between two maps. Refers to them.
+/// What is expected of two unrelated maps. Refers to them.
 class null_model {
  public:
   /// `thresholds` [m] are those that stems may be paired at. What is asked at them, and at `others`, is
@@ -38,7 +38,8 @@ class null_model {
       : null_model(context, std::make_shared<background_density>(context.target, context.target_index),
                    thresholds) {}
 
-  /// Probability that a source stem among the target stems is within `inlier_threshold` [m] of one by chance.
+  /// Probability that a source stem among the target stems is within `inlier_threshold` [m] of one under the
+  /// null model.
   double inlier_probability(double inlier_threshold) const { return at(inlier_threshold).inlier_probability; }
 
   /// From now on chance is at least as good as it is along the lattice of these stems.
@@ -52,7 +53,7 @@ class null_model {
   struct residual_set {
     double expected = 0;            ///< stems that target stems surround
     std::vector<double> residuals;  ///< [m] from the nearest target stem, increasing, where one is near
-    /// Sums of the probabilities of being as near by chance, of the first residuals.
+    /// Sums of the probabilities of being as near under the null model, of the first residuals.
     std::vector<double> cumulative_probability;
     double vertical_offset = 0;  ///< [m] that was added to the height of the transform
 
@@ -111,9 +112,9 @@ class null_model {
                                       std::log(significance_level);
   }
 
-  /// Logarithm to base 10 of the NFA at an inlier threshold [m]: transforms that would, by chance, place
-  /// stems as near to others as `set`. An inlier counts by 1 less the probability, among inliers by chance,
-  /// of being as near: 1 to 0, evenly, if it is one by chance (the horizontal score of Torr and Zisserman
+  /// Logarithm to base 10 of the NFA at an inlier threshold [m]: transforms that are expected to place
+  /// stems as near to others as `set`. An inlier counts by 1 less the probability, among random inliers,
+  /// of being as near: 1 to 0, evenly, if it is a random one (the horizontal score of Torr and Zisserman
   /// 2000, MLESAC, Computer Vision and Image Understanding 78). The tests are all transforms that two pairs
   /// of stems fix (three in 6-DoF), at all thresholds; as many pairs are then no evidence. After Moisan and
   /// Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3).

@@ -120,7 +120,7 @@ class position_evidence {
     return hypotheses;
   }
 
-  /// By the index. Small maps are searched once more, exhaustively, when nothing was found.
+  /// By the index. Small maps are searched again, exhaustively, when nothing was found.
   std::vector<local_hypothesis> propose_by_index(std::size_t maximum) const {
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
     const std::size_t larger = std::max(context_.source.size(), context_.target.size());

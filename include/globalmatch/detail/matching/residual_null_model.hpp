@@ -44,8 +44,8 @@ class residual_null_model {
   /// Whether there was something to learn from.
   bool is_known() const { return factor_ > 0; }
 
-  /// Natural logarithm of the probability that by chance pairs fit as well. A residual counts by the
-  /// logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
+  /// Natural logarithm of the probability under the null model that pairs fit as well. A residual counts by
+  /// the logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
   /// whatever the residuals are like, and wider by as much as the sums of the known transforms are, where
   /// stems near each other fit together or not. `fitted` pairs' worth of noise was taken away by a fit to
   /// these pairs. 0 for fewer than a dozen pairs.
@@ -61,7 +61,8 @@ class residual_null_model {
  private:
   static constexpr double median_of_chi_squared = 0.455;  // of one degree of freedom
 
-  /// By chance as much as there are residuals, on average: the sum of -log of the shares that are smaller.
+  /// On average as much as there are residuals, under the null model: the sum of -log of the shares that are
+  /// smaller.
   double surprisal_of(std::span<const float> residuals) const {
     // Among equals a residual counts as their mean: that of -log(u) over their shares u.
     const auto integral = [](double u) { return u > 0 ? u - u * std::log(u) : 0; };

@@ -78,7 +78,7 @@ class vote_accumulator {
   }
 
   const matching_context& context_;
-  double yaws_ = 1;                       // that are told apart
+  double yaws_ = 1;                       // that are distinguished
   std::array<stem_index, 3> query_ = {};  // source triangle, ...
   std::size_t own_ = 0;                   // ... which of its vertices all have in common, ...
   vec2 direction_ = {1, 0};               // ... and where its longest edge points
