@@ -197,7 +197,7 @@ TEST_CASE("stems have the same bits for 1, 2 and 8 threads, and for the same see
   const cell_columns cells = sort_into_cells(scenes::as_local(scan), 0.05);
   clusters = cluster_cells(cells, estimate_surfaces(cells), {}, 15);
   const auto find = [&](int threads) {
-    return find_stem_cylinders(cells, clusters, {}, {}, {.threads = threads});
+    return find_stem_cylinders(cells, clusters, {&fit_along_line}, {}, {.threads = threads});
   };
   const stem_cylinders alone = find(1);
   CHECK(alone.stems.size() == 12);
@@ -217,10 +217,10 @@ TEST_CASE("bad stem options are refused by name") {
   const auto message = [](const auto& spoil) {
     stem_cylinder_options options;
     spoil(options);
-    return message_of([&] { find_stem_cylinders({}, {}, {}, options); });
+    return message_of([&] { find_stem_cylinders({}, {}, {&fit_along_line}, options); });
   };
   CHECK(message([](stem_cylinder_options&) {}).empty());
-  CHECK(message([](auto& o) { o.cylinder.max_iterations = 0; }).starts_with("cylinder.draws"));
+  CHECK(message([](auto& o) { o.cylinder.max_iterations = 0; }).starts_with("cylinder.max_iterations"));
   for (const double bad : {0.0, -1.0, nan}) {
     CHECK(message([&](auto& o) { o.column_width = bad; }).starts_with("stems.column_width"));
     CHECK(message([&](auto& o) { o.max_sigma = bad; }).starts_with("stems.max_sigma"));
