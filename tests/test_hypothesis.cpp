@@ -140,7 +140,7 @@ TEST_CASE("verify drops a wrong correspondence that the others outvote") {
   start[4].target = 40;
   position_set with_decoy = target;
   with_decoy.at.resize(41, {-50, -50, 0});
-  with_decoy.at[40] = from_eigen(stems[4]) + vec3(0.8, 0, 0);
+  with_decoy.at[40] = from_eigen(stems[4]) + vec3{0.8, 0, 0};
   const auto h = verify(matching_context(source, with_decoy, false, four), start, 0.3);
   REQUIRE(h);
   CHECK(h->correspondences == same_indices(20));

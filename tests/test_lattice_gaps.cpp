@@ -39,7 +39,7 @@ struct two_scans {
 /// The source shifted by so many columns and rows.
 local_hypothesis shifted(int columns, int rows) {
   local_hypothesis h;
-  h.target_from_source.translation = vec3(3.0 * columns, 3.0 * rows, 0);
+  h.target_from_source.translation = vec3{3.0 * columns, 3.0 * rows, 0};
   h.inlier_threshold = 0.1;
   return h;
 }

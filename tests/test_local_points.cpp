@@ -96,7 +96,7 @@ TEST_CASE("import_points keeps places, distances and indices of the finite point
     const local_points local = import_points(range);
     REQUIRE(local.size() == 2);
     CHECK(local.frame.to_scan(vec3(local[0])) == vec3{10, 20, 30});
-    CHECK(local[1] - local[0] == vec3f(1, 2, 3));
+    CHECK(local[1] - local[0] == vec3f{1, 2, 3});
     CHECK(local.index == std::vector<point_index>{1, 2});
   });
 }

@@ -220,8 +220,7 @@ TEST_CASE("the covariance of a transform is that of weighted least squares over 
       squares += residual.head(dimensions).squaredNorm() / variance;
     }
     const double degrees = dimensions * count - unknowns;
-    const Eigen::MatrixXd expected =
-        degrees / (degrees - 2) * squares / (0.95 * degrees) * normal.inverse();
+    const Eigen::MatrixXd expected = degrees / (degrees - 2) * squares / (0.95 * degrees) * normal.inverse();
     const small_matrix covariance = adjustment.covariance();
     for (int r = 0; r < unknowns; ++r)
       for (int c = 0; c < unknowns; ++c)
@@ -243,7 +242,8 @@ TEST_CASE("a covariance in the frame of the caller is turned back with its axes"
       for (std::size_t i = 0; i < size; ++i) row[i] = random.normal();
       local.covariance.add_square(row, 1);
     }
-    Eigen::MatrixXd given(size, size), turned = Eigen::MatrixXd::Identity(Eigen::Index(size), Eigen::Index(size));
+    Eigen::MatrixXd given(size, size),
+        turned = Eigen::MatrixXd::Identity(Eigen::Index(size), Eigen::Index(size));
     for (std::size_t r = 0; r < size; ++r)
       for (std::size_t c = 0; c < size; ++c) given(Eigen::Index(r), Eigen::Index(c)) = local.covariance(r, c);
     turned.topLeftCorner<3, 3>() = back;
@@ -269,7 +269,8 @@ TEST_CASE("the expected error of a place holds the turn about the center as well
   CHECK(u.at(place)(0, 1) == Approx(0.001 * moved.y() + 0.0004 * moved.x() * moved.y()));
 }
 
-TEST_CASE("the displacement of two transforms holds their turn, and no point within the radius moves farther") {
+TEST_CASE(
+    "the displacement of two transforms holds their turn, and no point within the radius moves farther") {
   random_source random(111);
   const vec3 center{50, -30, 2};
   const rigid a = some_transform();

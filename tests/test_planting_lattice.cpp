@@ -101,9 +101,9 @@ TEST_CASE("gaps are the places of missing stems inside, with three neighbours or
   auto gaps = find_gaps(index_of(stems), rows);
   REQUIRE(gaps.size() == 3);
   std::sort(gaps.begin(), gaps.end(), [](const auto& a, const auto& b) { return a.y < b.y; });
-  CHECK((gaps[0] - vec2(6, 6)).norm() < 0.5);
-  CHECK((gaps[1] - vec2(15, 15)).norm() < 0.5);
-  CHECK((gaps[2] - vec2(15, 18)).norm() < 0.5);
+  CHECK((gaps[0] - vec2{6, 6}).norm() < 0.5);
+  CHECK((gaps[1] - vec2{15, 15}).norm() < 0.5);
+  CHECK((gaps[2] - vec2{15, 18}).norm() < 0.5);
 }
 
 }  // namespace globalmatch

@@ -46,7 +46,7 @@ scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
   s.target = scenes::set_in_order(scenes::moved(s.truth, at));
   for (std::size_t i = 0; i < stems; ++i) {
     const Eigen::Vector2d off = sigma(i) * Eigen::Vector2d(random.normal(), random.normal());
-    s.target.at[i] += vec3(off.x(), off.y(), 0);
+    s.target.at[i] += vec3{off.x(), off.y(), 0};
   }
   return s;
 }
@@ -142,7 +142,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
     for (int iteration = 0; iteration < 20; ++iteration) {
       scene s = noisy_scene(random, 40, [](std::size_t) { return 0.02; });
       for (vec3& p : s.target.at) p.z += 0.02 * random.normal();
-      for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += vec3(0.6, 0.3, 0);
+      for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += vec3{0.6, 0.3, 0};
       const matching_context maps(s.source, s.target, false, dof, 5);
       local_hypothesis h = s.least_squares(maps, 1);
       least_squares += s.error(h) / 20;

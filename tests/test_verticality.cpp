@@ -89,7 +89,7 @@ TEST_CASE("the verticality of an upright stem exceeds the threshold all around, 
   std::size_t upright = 0, radial = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     upright += surfaces[i].verticality() > 0.9f ? 1 : 0;
-    const vec3f outwards = vec3f(points.x[i], points.y[i], 0).normalized();
+    const vec3f outwards = vec3f{points.x[i], points.y[i], 0}.normalized();
     radial += std::abs(surfaces[i].normal.dot(outwards)) > 0.95f ? 1 : 0;
   }
   CHECK(double(upright) > 0.99 * double(points.size()));
