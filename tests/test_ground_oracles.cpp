@@ -120,7 +120,7 @@ TEST_CASE("of points at equal heights each order keeps the same") {
     points.push_back({-3.3 + 0.011 * ((7 * i) % 40), 5.1 + 0.009 * ((11 * i) % 40), -2});
   const auto kept = [&](std::vector<vec3> order) {
     tiled_minima minima(0.25);
-    minima.add(order);
+    for (const vec3& p : order) minima.add({&p, 1});  // batches of their own
     std::vector<std::pair<float, float>> places;
     for (const auto& tile : minima.tiles())
       for (const auto& cell : tile->cells)

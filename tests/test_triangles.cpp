@@ -310,4 +310,11 @@ TEST_CASE("triangle options that make no sense are named") {
   CHECK_THROWS_WITH(build_triangles({}, false, {.neighbors = -3}), Catch::Contains("triangles.neighbors"));
 }
 
+TEST_CASE("the horizontal width is over the edge that is longest horizontally, not in space") {
+  const position_set stems = scenes::set_in_order({{0, 0, 0}, {1, 0, 10}, {5, 3, 0}});
+  const triangle t = make_triangle(stems, {0, 1, 2}, false);
+  CHECK(t.vertices[0] == 0);  // the longest edge in space leads from 1 to 2
+  CHECK(t.horizontal_width == Approx(3 / std::hypot(5, 3)));
+}
+
 }  // namespace globalmatch
