@@ -209,7 +209,7 @@ TEST_CASE("hypotheses differ when they place the stems further apart than the di
 }
 
 TEST_CASE("every witness has a name of its own") {
-  CHECK(to_string(evidence_source::stems) == "stems");
+  CHECK(to_string(evidence_source::positions) == "positions");
   CHECK(to_string(evidence_source::gaps) == "gaps");
   CHECK(to_string(evidence_source::residuals) == "residuals");
   CHECK(to_string(evidence_source::heights) == "heights");

@@ -417,7 +417,7 @@ TEST_CASE("evidence of another kind counts where it is significant and the small
   CHECK(combined(-1, -3).log10_nfa == -3);
   CHECK(combined(-1, -3).evidence == evidence_source::gaps);
   CHECK(combined(-4, -3).log10_nfa == -4);
-  CHECK(combined(-4, -3).evidence == evidence_source::stems);
+  CHECK(combined(-4, -3).evidence == evidence_source::positions);
   CHECK(combined(3, -1.9).log10_nfa == 3);
 }
 

@@ -366,7 +366,7 @@ TEST_CASE("stems that stand anywhere have no lattice") {
   const matching result = match_stems(views.source, views.target);
   CHECK(result.outcome == outcome::registered);
   CHECK(!result.lattice);
-  CHECK(result.hypotheses.front().evidence == evidence_source::stems);
+  CHECK(result.hypotheses.front().evidence == evidence_source::positions);
 }
 
 TEST_CASE("what is registered tells how far off it may be, in the target's frame, for any up") {

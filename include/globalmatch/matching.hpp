@@ -48,7 +48,7 @@ struct correspondence {
 
 /// What the NFA of a hypothesis is that of.
 enum class evidence_source {
-  stems,      ///< how many of them are near others
+  positions,  ///< how many stems are near others, and how near
   gaps,       ///< of a regular plantation: how many of its gaps match
   residuals,  ///< of a regular plantation: how well its stems fit
   heights,    ///< of a regular plantation: how well the heights of stems agree
@@ -58,8 +58,8 @@ enum class evidence_source {
 /// The name of the evidence, as in the JSON output.
 inline std::string_view to_string(evidence_source w) {
   switch (w) {
-    case evidence_source::stems:
-      return "stems";
+    case evidence_source::positions:
+      return "positions";
     case evidence_source::gaps:
       return "gaps";
     case evidence_source::residuals:
@@ -81,7 +81,7 @@ struct hypothesis {
   /// The best hypothesis was scored before its last pairs, which may be further from each other, were added.
   double log10_nfa = 0;
   double log10_nfa_poisson = 0;  ///< the same if stems stood at random, and never in rows
-  evidence_source evidence = evidence_source::stems;  ///< that `log10_nfa` is of
+  evidence_source evidence = evidence_source::positions;  ///< that `log10_nfa` is of
   double rms = 0;             ///< [m] distance of paired stems: in plan in 4-DoF, in space in 6-DoF
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };

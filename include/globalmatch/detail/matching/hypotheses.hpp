@@ -21,7 +21,7 @@ struct local_hypothesis {
   double inlier_threshold = 0;   ///< [m] stems this near each other were paired
   double log10_nfa = 0;          ///< see `evidence.hpp`
   double log10_nfa_poisson = 0;  ///< the same if stems stood at random
-  evidence_source evidence = evidence_source::stems;
+  evidence_source evidence = evidence_source::positions;
   double rms = 0;             ///< [m] distance of paired stems
   std::size_t consensus = 0;  ///< triangle pairs in its consensus set
 };

@@ -80,7 +80,7 @@ class position_evidence {
     scored.inlier_threshold = h.inlier_threshold;
     null_model_.score(
         scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold, h.inlier_threshold));
-    return {scored.log10_nfa, evidence_source::stems, scored.log10_nfa_poisson};
+    return {scored.log10_nfa, evidence_source::positions, scored.log10_nfa_poisson};
   }
 
   /// Scores a hypothesis, re-paired and refitted at the best of some thresholds.

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -24,7 +23,9 @@ namespace globalmatch::detail {
 struct voxel_member {
   std::array<double, 3> voxel;
   point_index index;
-  auto operator<=>(const voxel_member&) const = default;
+  bool operator<(const voxel_member& other) const {
+    return voxel != other.voxel ? voxel < other.voxel : index < other.index;
+  }
 };
 
 /// Of each voxel the member nearest to the centroid. `members` holds all members of whole voxels, in any
