@@ -24,7 +24,7 @@ namespace globalmatch::detail {
 /// What one kind of evidence makes of a transform.
 struct evidence_score {
   double log10_nfa = 0;
-  evidence_source source = evidence_source::stems;
+  evidence_source source = evidence_source::positions;
   double log10_nfa_poisson = 0;  ///< of positions: the same if stems stood at random
 };
 
