@@ -30,8 +30,8 @@ int main(int argc, char** argv) {
     support::require_writable({out, options.json});
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     matching_options matching_options = options.for_matching();
-    if (options.dof == 6 && !(source.has_heights && target.has_heights))
-      throw std::invalid_argument("--dof 6 needs a column z in both stem maps; use --dof 4");
+    if (options.dof == "6" && !(source.has_heights && target.has_heights))
+      throw std::invalid_argument("--dof 6 needs a column z in both stem maps; use --dof auto");
     matching_options.horizontal |= !source.has_heights || !target.has_heights;
     support::stage_clock clock;
     const matching result = match_stems(source.stems, target.stems, matching_options, options.up_direction(),

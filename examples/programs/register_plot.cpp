@@ -96,7 +96,7 @@ int main(int argc, char** argv) {
       maps.push_back(
           timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), exec); }));
       scan_reports.push_back(support::describe(maps.back()));
-      if (options.dof == 4) support::warn_if_tilted(maps.back(), file);
+      if (options.dof == "4") support::warn_if_tilted(maps.back(), file);
     }
 
     nlohmann::ordered_json pair_reports = nlohmann::ordered_json::array();

@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
     support::write_json(options.json, report);
     support::write_or_remove_transform(out, result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
-    if (registered && options.dof == 4) {  // otherwise the reason says it
+    if (registered && options.dof == "4") {  // otherwise the reason says it
       support::warn_if_tilted(source_map, source_file);
       support::warn_if_tilted(target_map, target_file);
     }

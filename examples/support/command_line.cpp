@@ -29,8 +29,10 @@ void shared_options::add_mapping_to(CLI::App& app) {
 }
 
 void shared_options::add_matching_to(CLI::App& app) {
-  app.add_option("--dof", dof, "4: rotate about the vertical only, for levelled scans; 6: rotate freely")
-      ->check(CLI::IsMember({4, 6}))
+  app.add_option("--dof", dof,
+                 "4: rotate about the vertical only; 6: rotate freely; auto: freely where a scan is rotated beyond "
+                 "doubt")
+      ->check(CLI::IsMember({"auto", "4", "6"}))
       ->capture_default_str();
   app.add_option("--tolerance", tolerance,
                  "inlier threshold [m]: corresponding stems are closer; estimated if not given")
@@ -69,7 +71,7 @@ mapping_options shared_options::for_mapping() const {
 
 matching_options shared_options::for_matching() const {
   matching_options options;
-  options.dof = dof == 6 ? degrees_of_freedom::six : degrees_of_freedom::four;
+  if (dof != "auto") options.dof = dof == "6" ? degrees_of_freedom::six : degrees_of_freedom::four;
   options.inlier_threshold = tolerance;
   options.horizontal = horizontal;
   return options;

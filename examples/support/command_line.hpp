@@ -30,7 +30,7 @@ struct shared_options {
   bool no_verticality = false;
   bool normalized = false;
   std::string vertical = "auto";
-  int dof = 4;
+  std::string dof = "auto";
   std::optional<double> tolerance;
   bool horizontal = false;
   std::string icp = "plane";

@@ -122,6 +122,15 @@ json describe(const planting_lattice& lattice) {
           {"angle_deg", lattice.angle() * 180 / std::numbers::pi}};
 }
 
+json describe(const vertical_fit& fit) {
+  return {{"status", fit.is_known() ? "known" : "unknown"},
+          {"source", to_string(fit.source)},
+          {"kind", to_string(fit.kind)},
+          {"sigma", fit.is_known() ? json(fit.sigma) : json(nullptr)},
+          {"tilt_deg", fit.tilt * 180 / std::numbers::pi},
+          {"reason", fit.reason}};
+}
+
 }  // namespace
 
 json describe(const stem_map& map) {
@@ -161,7 +170,7 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
           {"hypotheses", std::move(hypotheses)},
           {"lattice", result.lattice ? describe(*result.lattice) : json(nullptr)},
           {"inlier_threshold", result.inlier_threshold},
-          {"horizontal", result.horizontal},
+          {"vertical", result.vertical ? describe(*result.vertical) : json(nullptr)},
           {"funnel", as_json(explain(result.funnel))}};
 }
 

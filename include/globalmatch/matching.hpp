@@ -51,7 +51,6 @@ enum class evidence_source {
   positions,  ///< how many stems are near others, and how near
   gaps,       ///< of a regular plantation: how many of its gaps match
   residuals,  ///< of a regular plantation: how well its stems fit
-  heights,    ///< of a regular plantation: how well the heights of stems agree
   radii       ///< of a regular plantation: how well the radii of stems agree
 };
 
@@ -64,8 +63,6 @@ inline std::string_view to_string(evidence_source w) {
       return "gaps";
     case evidence_source::residuals:
       return "residuals";
-    case evidence_source::heights:
-      return "heights";
     case evidence_source::radii:
       return "radii";
   }
@@ -131,7 +128,7 @@ struct planting_lattice {
 
 /// Covariance of the small transform that leads from the estimate to the truth: a shift and a turn about
 /// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
-/// in 6-DoF the turns about x, y and z [rad]. The noise of the stems is not known beforehand: as in
+/// in 6-DoF the turns about x, y and z [rad]. Where the height is not known its variance is infinite. The noise of the stems is not known beforehand: as in
 /// Student's t a few pairs, which hardly determine it, make the covariance larger.
 struct transform_uncertainty {
   /// At most so many rows and columns, without memory of their own.
@@ -169,7 +166,8 @@ struct transform_uncertainty {
         double sum = 0;
         for (Eigen::Index k = 0; k < size; ++k)
           for (Eigen::Index l = 0; l < size; ++l)
-            sum += jacobian.data()[3 * k + r] * covariance.data()[size * l + k] * jacobian.data()[3 * l + c];
+            if (const double both = jacobian.data()[3 * k + r] * jacobian.data()[3 * l + c]; both != 0)
+              sum += both * covariance.data()[size * l + k];  // which may be infinite
         result.data()[3 * c + r] = sum;
       }
     return result;
@@ -180,6 +178,38 @@ struct transform_uncertainty {
     const Eigen::Matrix3d covariance_there = at(place);
     return std::sqrt(covariance_there.data()[0] + covariance_there.data()[4] + covariance_there.data()[8]);
   }
+};
+
+/// What the heights of the paired stems say of both scans.
+enum class vertical_kind {
+  level,    ///< both have the same vertical
+  rotated,  ///< one is tilted against the other: the transform has six degrees of freedom
+  sloping   ///< heights differ by a plane, and the scans are level: wrong heights, by drift or hidden ground
+};
+
+/// Where the height of a transform comes from.
+enum class vertical_source {
+  none,   ///< it is not known: that of the transform is the best guess
+  stems,  ///< the heights of the paired stems
+  ground  ///< ground points that both scans have at one place
+};
+
+inline std::string_view to_string(vertical_kind kind) {
+  return kind == vertical_kind::rotated ? "rotated" : kind == vertical_kind::sloping ? "sloping" : "level";
+}
+inline std::string_view to_string(vertical_source source) {
+  return source == vertical_source::ground ? "ground" : source == vertical_source::stems ? "stems" : "none";
+}
+
+/// The height of a transform, which has evidence and an uncertainty of its own.
+struct vertical_fit {
+  vertical_kind kind = vertical_kind::level;
+  vertical_source source = vertical_source::none;
+  double sigma = 0;    ///< [m] of the height at `transform_uncertainty::center`; infinite where not known
+  double tilt = 0;     ///< [rad] by which the transform is rotated, or the heights slope
+  std::string reason;  ///< why the height is not known, and the remedy; empty where it is
+
+  bool is_known() const { return source != vertical_source::none; }
 };
 
 /// What came of matching, with the evidence to trust or reject it.
@@ -194,7 +224,7 @@ struct matching {
   std::vector<hypothesis> hypotheses;
   std::optional<transform_uncertainty> uncertainty;      ///< of `target_from_source`, in the target's frame
   std::optional<globalmatch::planting_lattice> lattice;  ///< of the target, levelled, where it stands in rows
-  bool horizontal = false;                               ///< heights were ignored
+  std::optional<vertical_fit> vertical;                  ///< of `target_from_source`
   double inlier_threshold = 0;                           ///< [m] that was used
   matching_funnel funnel;
 };

@@ -26,9 +26,6 @@ struct decision_options {
   double max_nfa = 1e-3;
   /// An alternative whose log10 NFA is at least this share of the best one's makes it ambiguous (ours).
   double alternative_share = 0.5;
-  /// [rad] Where heights of paired stems slope by more, beyond doubt, a scan was not levelled, which 4-DoF
-  /// cannot mend. Instruments level themselves to hundredths of a degree, so 1 degree is no noise (ours).
-  double max_tilt = std::numbers::pi / 180;
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -40,19 +37,16 @@ inline void require_valid(const decision_options& options) {
   if (!(options.max_nfa > 0)) throw std::invalid_argument("decision.max_nfa must be positive");
   if (!(options.alternative_share > 0 && options.alternative_share <= 1))
     throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
-  if (!(options.max_tilt >= 0)) throw std::invalid_argument("decision.max_tilt must not be negative");
 }
 
 struct matching_options {
-  degrees_of_freedom dof = degrees_of_freedom::four;  ///< ([GM] 3.3 prefers four for levelled scans)
-  bool horizontal = false;  ///< ignore heights; always so when a map has none (ours)
+  /// Empty: four, or six where a scan is rotated beyond doubt ([GM] 3.3 prefers four for levelled scans).
+  std::optional<degrees_of_freedom> dof = {};
+  bool horizontal = false;  ///< ignore heights: that of the transform is a guess (ours)
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems are closer ([GM] 3.2.2:
   /// 0.05), horizontally in 4-DoF (but for the edges of `algorithm_1`). Empty: the one of the smallest NFA,
   /// or a wider one where three standard deviations of the residuals are more.
   std::optional<double> inlier_threshold = {};
-  /// [m] in 4-DoF the heights of paired stems differ by less: where shrubs hide the ground they are off by
-  /// decimetres (ours)
-  double vertical_threshold = 1;
   globalmatch::proposal proposal = proposal::triangle_index;
   triangle_options triangles = {};      ///< of `algorithm_1`
   global_matching_options global = {};  ///< of `algorithm_1`
@@ -64,9 +58,8 @@ inline void require_valid(const matching_options& options) {
   if (options.inlier_threshold &&
       !(*options.inlier_threshold > 0 && std::isfinite(*options.inlier_threshold)))
     throw std::invalid_argument("inlier_threshold must be positive and finite");
-  if (!(options.vertical_threshold > 0)) throw std::invalid_argument("vertical_threshold must be positive");
-  if (options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
-    throw std::invalid_argument("dof must be four or six");
+  if (options.dof && options.dof != degrees_of_freedom::four && options.dof != degrees_of_freedom::six)
+    throw std::invalid_argument("dof must be four or six, or empty");
   if (options.proposal != proposal::triangle_index && options.proposal != proposal::algorithm_1)
     throw std::invalid_argument("proposal must be triangle_index or algorithm_1");
   if (options.horizontal && options.dof == degrees_of_freedom::six)

@@ -31,7 +31,8 @@ using stem_index = std::uint32_t;
 
 /// Specialise to make a foreign type a point: `static auto xyz(const P&)` returns anything with `[0] [1] [2]`
 /// (or `[0] [1]` and `static constexpr int dimension = 2` for a position in plan). Optional members:
-/// `radius(const P&)` [m] and `position_sigma(const P&)` [m]. Types with `.x .y .z`, or of a fixed size with
+/// `radius(const P&)` [m], `position_sigma(const P&)` and `height_sigma(const P&)` [m, 0 where unknown], and
+/// `axis(const P&)`, a unit vector that points up along the stem, or zero where it is not known. Types with `.x .y .z`, or of a fixed size with
 /// `[0] [1] [2]`, need no specialisation; a member `.radius` [m] is read as well.
 template <class P>
 struct point_traits;
@@ -158,6 +159,18 @@ detail::vec3 xyz(const P& p) {
 template <class P>
 concept has_position_sigma = requires(const P& p) {
   { point_traits<P>::position_sigma(p) } -> std::convertible_to<double>;
+};
+
+/// A position that knows how uncertain its height is.
+template <class P>
+concept has_height_sigma = requires(const P& p) {
+  { point_traits<P>::height_sigma(p) } -> std::convertible_to<double>;
+};
+
+/// A stem position that knows the direction of its stem.
+template <class P>
+concept has_axis = requires(const P& p) {
+  { point_traits<P>::axis(p)[2] } -> std::convertible_to<double>;
 };
 
 /// A stem position that knows how thick the stem is.

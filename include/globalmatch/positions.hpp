@@ -29,7 +29,9 @@ struct position_set {
   std::vector<stem_index> original;  ///< index of each in the caller's range
   std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
   std::vector<double> radius;        ///< [m] of each stem, 0 where unknown; empty when none is known
-  bool has_heights = true;           ///< false: horizontal positions, all heights are 0
+  std::vector<double> height_sigma;  ///< [m] of each height; empty when none is known
+  std::vector<detail::vec3> axis;    ///< unit, levelled local frame, 0 where unknown; empty when none is known
+  bool has_heights = true;           ///< false: heights are not known: all are equal, or none are given
 
   std::size_t size() const { return at.size(); }
 };
@@ -46,6 +48,12 @@ struct given_position {
       if (numbers[i] != other.numbers[i]) return numbers[i] < other.numbers[i];
     return original < other.original;
   }
+};
+
+/// What further is known of each, in the caller's order; empty where the type does not say.
+struct given_heights {
+  std::vector<double> sigma;
+  std::vector<vec3> axis;
 };
 
 /// Adds a position, after looking at its numbers. `name` is for messages.
@@ -70,6 +78,16 @@ double given_radius(const P& position) {
   return radius_of(position);
 }
 
+/// A standard deviation, or 0 where it is not known.
+inline double known_sigma(double sigma) {
+  return sigma > 0 && std::isfinite(sigma) ? sigma : 0;
+}
+
+/// A unit vector, or zero where it is not known.
+inline vec3 known_axis(const vec3& axis) {
+  return is_finite(axis) && axis.norm() > 0 ? axis.normalized() : vec3{};
+}
+
 /// Where some standard deviations are 0, which stands for unknown, they become the median of the others;
 /// where all are, none is known.
 inline void replace_unknown(std::vector<double>& sigma) {
@@ -80,6 +98,15 @@ inline void replace_unknown(std::vector<double>& sigma) {
   const double usual = median(known);
   for (double& s : sigma)
     if (s == 0) s = usual;
+}
+
+/// Takes over what is known of heights and axes, once the positions are in their order.
+inline void fill_heights(position_set& set, const given_heights& given) {
+  for (const stem_index original : set.original) {
+    if (!given.sigma.empty()) set.height_sigma.push_back(given.sigma[original]);
+    if (!given.axis.empty()) set.axis.push_back(set.frame.rotation * given.axis[original]);
+  }
+  replace_unknown(set.height_sigma);
 }
 
 /// Sorts the positions and fills the set with them.
@@ -99,13 +126,16 @@ inline void fill(position_set& set, std::vector<given_position>&& given) {
   }
   replace_unknown(set.sigma);
   if (!has_radii) set.radius.clear();
+  // A column of equal heights was filled in for want of measured ones.
+  const auto differs = [&](const given_position& g) { return g.numbers[2] != given.front().numbers[2]; };
+  set.has_heights = set.has_heights && std::any_of(given.begin(), given.end(), differs);
 }
 
 }  // namespace detail
 
 /// Reads the caller's positions, and how uncertain and how thick they are where their type says so
 /// (`point_traits`). `name` ("source", "target") is for messages. A radius that is not positive and finite is
-/// unknown. Throws `std::invalid_argument` when a coordinate is not finite or beyond 1e12 m, or a standard
+/// unknown, and so are heights that are all equal. Throws `std::invalid_argument` when a coordinate is not finite or beyond 1e12 m, or a standard
 /// deviation negative or not finite, and `operation_cancelled`.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
@@ -117,16 +147,22 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   const detail::mat3 levelling = detail::levelling_rotation(detail::from_eigen(up));
   if (set.has_heights) set.frame.rotation = levelling;  // horizontal positions are level already
   std::vector<detail::given_position> given;
+  detail::given_heights heights;
   for (const auto& position : positions) {
     if (given.size() % poll_interval == 0) detail::report_progress(exec, "positions", 0);
     double sigma = 0, radius = 0;
     if constexpr (has_position_sigma<element>)
       sigma = double(point_traits<element>::position_sigma(position));
     if constexpr (has_radius<element>) radius = detail::given_radius(position);
+    if constexpr (has_height_sigma<element>)
+      heights.sigma.push_back(detail::known_sigma(point_traits<element>::height_sigma(position)));
+    if constexpr (has_axis<element>)
+      heights.axis.push_back(detail::known_axis(detail::vec3::from(point_traits<element>::axis(position))));
     detail::add_given(detail::vec3::from(xyz(position)), sigma, radius, name, given);
   }
   if (given.size() > poll_interval) detail::report_progress(exec, "positions", 0.5);
   detail::fill(set, std::move(given));
+  detail::fill_heights(set, heights);
   return set;
 }
 

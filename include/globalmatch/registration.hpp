@@ -13,6 +13,8 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/ground_offset.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/mapping_options.hpp"
@@ -59,6 +61,7 @@ struct registration {
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered; refined unless ICP is off
   globalmatch::matching matching;                       ///< holds the coarse transform
   std::optional<icp_result> icp;                        ///< when it ran
+  bool refined = false;  ///< `target_from_source` is that of ICP
 };
 
 struct scan_registration {
@@ -80,9 +83,9 @@ inline std::string describe_lost_stems(const stem_map& source, const stem_map& t
 /// Which of the scans were not level, for the reason of the decision; empty where both were, or the transform
 /// may tilt.
 inline std::string describe_tilted_maps(const stem_map& source, const stem_map& target,
-                                        degrees_of_freedom dof) {
+                                        std::optional<degrees_of_freedom> dof) {
   std::string remark;
-  if (dof == degrees_of_freedom::six) return remark;
+  if (dof != degrees_of_freedom::four) return remark;
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
     if (is_tilted(*map)) remark += std::string(". The stems of ") + name + " " + describe_tilt(*map);
   return remark;
@@ -107,6 +110,33 @@ inline local_frame levelled_frame(const stem_map& map) {
   return {map.terrain.frame.origin, levelling_rotation(from_eigen(map.up))};
 }
 
+/// The transform between the levelled frames of two maps.
+inline rigid between_levelled(const stem_map& source, const stem_map& target,
+                              const Eigen::Isometry3d& target_from_source) {
+  return levelled_frame(target).local_from_scan() * from_eigen(target_from_source) *
+         levelled_frame(source).local_from_scan().inverse();
+}
+
+/// Moves the registration to the height at which the ground that both scans see coincides. Where too little is
+/// seen by both the heights of the stems stay.
+inline void use_ground(const stem_map& source, const stem_map& target, matching& result) {
+  const rigid transform = between_levelled(source, target, *result.target_from_source);
+  const local_frame from = levelled_frame(source), to = levelled_frame(target);
+  std::vector<vec3> source_ground, target_ground;
+  for (const Eigen::Vector3d& p : source.ground_samples)
+    source_ground.push_back(transform * from.to_local(from_eigen(p)));
+  for (const Eigen::Vector3d& p : target.ground_samples) target_ground.push_back(to.to_local(from_eigen(p)));
+  const auto found = find_ground_offset(std::move(source_ground), std::move(target_ground));
+  if (!found) return;
+  const Eigen::Vector3d shift = found->offset * target.up;
+  for (Eigen::Isometry3d* moved : {&*result.target_from_source, &result.hypotheses.front().target_from_source})
+    moved->pretranslate(shift);
+  result.vertical->source = vertical_source::ground;
+  result.vertical->sigma = found->sigma;
+  result.vertical->reason.clear();
+  if (result.uncertainty) set_height_variance(*result.uncertainty, found->sigma * found->sigma);
+}
+
 /// Samples of a map in its levelled frame.
 struct levelled_samples {
   std::vector<vec3> ground, stems, stem_normals;
@@ -121,7 +151,8 @@ struct levelled_samples {
 
 /// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems. It turns
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
-inline icp_result refine_by_samples(const stem_map& source, const stem_map& target, const rigid& coarse,
+inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
+                                    const Eigen::Isometry3d& coarse,
                                     degrees_of_freedom dof, const icp_options& options,
                                     const execution& exec) {
   const local_frame source_frame = levelled_frame(source), target_frame = levelled_frame(target);
@@ -134,7 +165,7 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
   if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
   const rigid source_local = source_frame.local_from_scan(), target_local = target_frame.local_from_scan();
   icp_result result =
-      refine_samples(std::move(layers), target_local * coarse * source_local.inverse(), dof, options, exec);
+      refine_samples(std::move(layers), between_levelled(source, target, coarse), dof, options, exec);
   result.target_from_source =
       to_eigen(target_local.inverse() * from_eigen(result.target_from_source) * source_local);
   return result;
@@ -143,7 +174,7 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
 }  // namespace detail
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
-/// that does not converge leaves the coarse transform. Where a map took its vertical from its stems, ICP
+/// that does not converge, or moves further in plan than the stems allow, leaves the coarse transform. Where a map took its vertical from its stems, ICP
 /// turns freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
                                   const registration_options& options = {}, const execution& exec = {}) {
@@ -153,13 +184,20 @@ inline registration register_maps(const stem_map& source, const stem_map& target
     if (source.cancelled || target.cancelled) throw operation_cancelled();
     const detail::parallel_scope scope(exec, "matching");
     result.matching = detail::match_maps(source, target, options.matching, exec);
+    if (result.matching.outcome == outcome::registered && !options.matching.horizontal)
+      detail::use_ground(source, target, result.matching);
     result.outcome = result.matching.outcome;
     result.reason = result.matching.reason;
     result.target_from_source = result.matching.target_from_source;
     if (result.outcome != outcome::registered || options.icp.metric == icp_metric::none) return result;
-    result.icp = detail::refine_by_samples(source, target, detail::from_eigen(*result.target_from_source),
-                                           options.matching.dof, options.icp, exec);
-    if (result.icp->converged) result.target_from_source = result.icp->target_from_source;
+    const bool rotates = result.matching.vertical->kind == vertical_kind::rotated;
+    result.icp = detail::refine_by_samples(source, target, *result.target_from_source,
+                                           rotates ? degrees_of_freedom::six : degrees_of_freedom::four,
+                                           options.icp, exec);
+    result.refined = result.icp->converged &&
+                     detail::moves_within(result.matching.uncertainty, *result.target_from_source,
+                                          result.icp->target_from_source);
+    if (result.refined) result.target_from_source = result.icp->target_from_source;
   } catch (const operation_cancelled& e) {
     result.outcome = outcome::cancelled;
     result.reason = e.what();

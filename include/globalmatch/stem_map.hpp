@@ -178,6 +178,8 @@ struct point_traits<stem> {
   static const Eigen::Vector3d& xyz(const stem& s) { return s.position; }
   static double radius(const stem& s) { return s.radius; }
   static double position_sigma(const stem& s) { return s.position_sigma; }
+  static double height_sigma(const stem& s) { return s.height_sigma; }
+  static const Eigen::Vector3d& axis(const stem& s) { return s.axis; }
 };
 
 /// How stems stand.

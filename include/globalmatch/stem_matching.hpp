@@ -22,6 +22,7 @@
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
 #include "globalmatch/detail/matching/uncertainty.hpp"
+#include "globalmatch/detail/matching/vertical_fit.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/matching_options.hpp"
@@ -74,6 +75,28 @@ inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& sou
           h.consensus};
 }
 
+/// Refits a hypothesis at each finer threshold, from the transform of the coarser one, and keeps the one of the
+/// smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform off the place
+/// where most fit closely. Not for so many pairs that a few have no say.
+inline void refine_threshold(local_hypothesis& best, const position_evidence& positions,
+                             const matching_context& context) {
+  constexpr std::size_t max_pairs = 4096;
+  if (best.correspondences.size() > max_pairs) return;
+  local_hypothesis finer = best;
+  const auto thresholds = positions.pairing();
+  for (std::size_t i = thresholds.size(); i-- > 0;) {
+    if (thresholds[i] >= best.inlier_threshold) continue;
+    finer.inlier_threshold = thresholds[i];
+    finer.correspondences = context.pair_stems(finer.target_from_source, thresholds[i]);
+    if (finer.correspondences.size() < min_robust_pairs) return;
+    fit_robustly(finer, context);
+    const evidence_score scored = positions.score(finer);
+    finer.log10_nfa = scored.log10_nfa;
+    finer.log10_nfa_poisson = scored.log10_nfa_poisson;
+    if (finer.log10_nfa < best.log10_nfa) best = finer;
+  }
+}
+
 /// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice
 /// that it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a
 /// fine one explains the stems.
@@ -85,6 +108,7 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   const evidence_score scored = positions.score(best);
   best.log10_nfa = scored.log10_nfa;
   best.log10_nfa_poisson = scored.log10_nfa_poisson;
+  refine_threshold(best, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
   for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
@@ -150,6 +174,13 @@ inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, cons
   while (hypotheses.size() > kept) hypotheses.pop_back();
 }
 
+/// The vertical fit of the best hypothesis, which gets its height and its rotation.
+inline local_vertical_fit fit_vertical_of(local_hypothesis& best, const matching_context& context,
+                                          const matching_options& options) {
+  if (options.dof == degrees_of_freedom::six) return fit_of_rotated(best, context);
+  return fit_vertical(best, context, !options.dof, options.horizontal);
+}
+
 /// Decides on the hypotheses, which are in the frames of `context`, and writes all to `result` in the frames
 /// of the caller.
 inline void conclude(matching& result, std::vector<local_hypothesis>&& hypotheses,
@@ -162,13 +193,18 @@ inline void conclude(matching& result, std::vector<local_hypothesis>&& hypothese
     result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds[3]);
     return;
   }
-  const local_hypothesis& best = hypotheses.front();
+  local_hypothesis& best = hypotheses.front();
+  if (result.outcome == outcome::registered) {
+    const local_vertical_fit vertical = fit_vertical_of(best, context, options);
+    if (const auto local = uncertainty_of(best, context, vertical))
+      result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
+    result.vertical.emplace(vertical.fit);
+    if (options.dof == degrees_of_freedom::six && result.uncertainty)
+      result.vertical->sigma = std::sqrt(result.uncertainty->at(result.uncertainty->center)(2, 2));
+  }
   result.inlier_threshold = best.inlier_threshold;
   result.funnel.consensus = best.consensus;
   result.funnel.correspondences = best.correspondences.size();
-  if (result.outcome == outcome::registered)
-    if (const auto local = uncertainty_of(best, context))
-      result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
   poll_cancelled();
   result.hypotheses.reserve(hypotheses.size());
   for (local_hypothesis& h : hypotheses)
@@ -181,7 +217,7 @@ inline void require_prepared_for(const prepared_stems& target, const position_se
                                  const matching_options& options) {
   if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
-  const bool horizontal_distances = options.dof == degrees_of_freedom::four;
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six;
   if (options.proposal == proposal::triangle_index && horizontal_distances != target.horizontal_distances)
     throw std::invalid_argument(
         horizontal_distances ? "target was prepared for distances in space; prepare it with dof four"
@@ -195,10 +231,9 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   require_prepared_for(target, source, options);
   const parallel_scope scope(exec, "verification");
   matching result;
-  result.horizontal = options.horizontal || !source.has_heights || !target.stems.has_heights;
+  const bool horizontal = !options.dof || options.horizontal || !source.has_heights || !target.stems.has_heights;
   const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
-                                 target.index, result.horizontal, options.dof, options.vertical_threshold,
-                                 exec);
+                                 target.index, horizontal, options.dof.value_or(degrees_of_freedom::four), exec);
   plantation planted;
   if (target.background->has_lattice())
     planted = {find_lattice(*context.source_index), find_lattice(*context.target_index)};
@@ -234,7 +269,7 @@ inline matching match_positions(position_set source, position_set target,
   const parallel_scope scope(exec, "matching");
   if (options.proposal == proposal::algorithm_1)
     return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
-  const bool horizontal_distances = options.dof == degrees_of_freedom::four,
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
   const prepared_stems prepared = prepare_stems(std::move(target), horizontal_distances, exec, source.size());
@@ -252,7 +287,7 @@ prepared_map prepare_map(const R& stems, const matching_options& options = {},
   require_valid(options);
   const detail::parallel_scope scope(exec, "matching");
   position_set set = import_positions(stems, up, "stems", exec);
-  const bool horizontal_distances = options.dof == degrees_of_freedom::four;
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six;
   if (!horizontal_distances && !set.has_heights)
     throw std::invalid_argument("dof: six degrees of freedom need heights in the map");
   return prepared_map(std::make_shared<const detail::prepared_stems>(

@@ -148,6 +148,34 @@ simulation_options harvest_40() {
   return o;
 }
 
+/// Few trees on bare humps, seen from far: much of the ground between them is hidden.
+simulation_options sparse_far() {
+  simulation_options o = five_stations(130, 130, 35);
+  o.plot.layout.stems_per_hectare = 110;
+  o.plot.ground.relief = 1.2;
+  o.plot.ground.hump_height = 0.9;
+  o.scanner.max_range = 90;
+  return o;
+}
+
+simulation_options far_slope() {
+  simulation_options o = five_stations(120, 120, 45);
+  o.plot.layout.stems_per_hectare = 400;
+  o.plot.ground.slope = 10;
+  o.scanner.max_range = 90;
+  return o;
+}
+
+simulation_options thicket() {
+  simulation_options o = five_stations(70, 70, 22);
+  o.plot.layout.stems_per_hectare = 900;
+  o.plot.ground.slope = 15;
+  o.plot.undergrowth.shrubs_per_hectare = 3000;
+  o.plot.undergrowth.shrub_max_height = 2;
+  o.scanner.max_range = 90;
+  return o;
+}
+
 simulation_options mobile() {
   return with_carried_scanner(natural_plot());
 }
@@ -193,6 +221,9 @@ const std::vector<named_scene>& frozen_scenes() {
       {"far_30", "stations 30 m apart", far_30()},
       {"harvest_40", "40 % of the stems felled after the first scan", harvest_40()},
       {"mobile", "carried along five ways through the plot", mobile()},
+      {"sparse_far", "few trees on humps, stations 35 to 70 m apart", sparse_far()},
+      {"far_slope", "a slope, stations 45 to 90 m apart", far_slope()},
+      {"thicket", "dense trees and shrubs on a slope", thicket()},
   };
   return scenes;
 }

@@ -77,47 +77,6 @@ inline double minor_axis_sigma(const local_hypothesis& h, const position_set& so
   return std::sqrt(std::max(0.0, symmetric_eigen(covariance).values.x));
 }
 
-/// Slope [rad] of the plane that fits the height differences of the paired stems best, as large as it is
-/// beyond doubt: less three standard deviations. 0 for fewer than six pairs, for those in a line, and where
-/// most heights fit better without it: a few stems whose ground is hidden make no slope.
-inline double certain_tilt(const local_hypothesis& h, const matching_context& context) {
-  constexpr std::size_t unknowns = 3, minimum = unknowns + 3;
-  constexpr double deviations = 3;
-  const std::size_t count = h.correspondences.size();
-  if (count < minimum) return 0;
-  std::vector<vec3> rows;
-  std::vector<double> vertical_offsets;
-  mat3 normal = mat3{};
-  vec3 right = vec3{};
-  const vec3 center = context.target.at[h.correspondences.front().target];
-  for (const correspondence& c : h.correspondences) {
-    const vec3& t = context.target.at[c.target];
-    rows.push_back({1, t.x - center.x, t.y - center.y});
-    vertical_offsets.push_back(t.z - (h.target_from_source * context.source.at[c.source]).z);
-    normal += outer(rows.back(), rows.back());
-    right += vertical_offsets.back() * rows.back();
-  }
-  if (!normal.is_invertible()) return 0;  // in a line
-  const mat3 inverse = normal.inverse();
-  const vec3 plane = inverse * right;
-  std::vector<double> flat, sloped;
-  double squares = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    flat.push_back(std::abs(vertical_offsets[i]));
-    sloped.push_back(std::abs(vertical_offsets[i] - plane.dot(rows[i])));
-    squares += sloped.back() * sloped.back();
-  }
-  if (median(sloped) >= median(flat)) return 0;
-  // Student's t of n degrees of freedom has the variance n / (n - 2).
-  const double variance = squares / double(count - unknowns - 2);
-  const vec2 slope{plane.y, plane.z};
-  const double length = slope.norm();
-  if (!(length > 0)) return 0;
-  const mat2 of_slope{{{inverse(1, 1), inverse(2, 1)}, {inverse(1, 2), inverse(2, 2)}}};
-  const double doubt = std::sqrt(std::max(0.0, variance * slope.dot(of_slope * slope))) / length;
-  return std::atan(std::max(0.0, length - deviations * doubt));
-}
-
 /// Text of several parts.
 inline std::string text(std::initializer_list<std::string_view> parts) {
   std::string result;
@@ -141,8 +100,8 @@ inline std::string describe_few_stems(std::span<const local_hypothesis> hypothes
                "the scans overlap too little or the tolerance is too small"});
 }
 
-/// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, no alternative
-/// that explains the stems nearly as well, and heights that fit levelled scans. `hypotheses` are ranked,
+/// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, and no
+/// alternative that explains the stems nearly as well. Heights have no say (`vertical_fit`). `hypotheses` are ranked,
 /// distinct, scored at one threshold, and in the frames of `context`.
 inline decision decide(std::span<const local_hypothesis> hypotheses, const matching_context& context,
                        const decision_options& options = {}) {
@@ -170,14 +129,6 @@ inline decision decide(std::span<const local_hypothesis> hypotheses, const match
   if (not_significant)
     return {outcome::not_registered, text({"matching: the best transform pairs ", pairs,
                                            " stems, which is not significant; more overlap is needed"})};
-  const double tilt = context.uses_heights() ? certain_tilt(best, context) : 0;
-  if (tilt > options.max_tilt)
-    return {
-        outcome::not_registered,
-        text({"matching: the heights of the ", pairs, " paired stems slope by more than ",
-              std::to_string(int(tilt * 180 / std::numbers::pi)),
-              " degrees: the scans were not levelled alike, which six degrees of freedom mend (dof 6), or "
-              "heights are wrong, which can be ignored (horizontal)"})};
   return {outcome::registered, ""};
 }
 

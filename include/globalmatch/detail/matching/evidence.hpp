@@ -6,8 +6,7 @@
 //
 //   position_evidence   how many stems are near others    null_model: density and lattice of the target
 //   planting_evidence   how many gaps match, in a regular plantation     each place is a gap with their share
-//                       residuals of positions, of heights, of radii     residuals under all shifts of the
-//                       lattice
+//                       residuals of positions, and of radii     residuals under all shifts of the lattice
 //
 // A new kind is a class like these, and a step of `match_prepared` in stem_matching.hpp.
 #pragma once

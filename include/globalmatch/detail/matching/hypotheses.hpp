@@ -70,8 +70,7 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const local_
   for (std::size_t i = 0; i < 3; ++i) {
     const vec3 transformed = known.target_from_source * context.source.at[triangle[i].source];
     shared[i] = stem_distance(transformed, context.target.at[triangle[i].target],
-                              context.horizontal_distances()) < 2 * known.inlier_threshold &&
-                context.heights_agree(transformed, triangle[i].target);
+                              context.horizontal_distances()) < 2 * known.inlier_threshold;
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const std::size_t j = (i + 1) % 3;

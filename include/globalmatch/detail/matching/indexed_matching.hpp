@@ -137,9 +137,7 @@ class triangle_search {
     const auto transform = context_.fit(triangle);
     if (!transform) return std::nullopt;
     for (const correspondence& c : triangle)
-      if (context_.residual(*transform, c) > max_distance ||
-          !context_.heights_agree(*transform * context_.source.at[c.source], c.target))
-        return std::nullopt;
+      if (context_.residual(*transform, c) > max_distance) return std::nullopt;
     std::size_t tried = 0, hits = 0;
     for (const auto& n : nearest_) {
       if (n.index == triangle[0].source || n.index == triangle[1].source || n.index == triangle[2].source)

@@ -1,6 +1,6 @@
 // Lattice residuals: under a wrong shift of its lattice the stems of a regular plantation have residuals as
 // large as they were planted off their places; under the right one only as large as they were measured wrong.
-// So have their heights and radii. In: a transform that aligns the lattices. Out: the transforms of the
+// So have their radii. In: a transform that aligns the lattices. Out: the transforms of the
 // lattice onto itself that fit best, and how many are expected to fit as well.
 #pragma once
 
@@ -39,13 +39,13 @@ class lattice_residuals {
     for (kind& k : kinds_) k.null_model = residual_null_model(k.of_transforms);
   }
 
-  /// NFA: the probability under the null model that the stems fit as well, in position, in height, in radius,
-  /// or in all of these together (Fisher's combination), times the transforms of the lattice onto itself. 0
+  /// NFA: the probability under the null model that the stems fit as well in position, in radius, or in both
+  /// together (Fisher's combination), times the transforms of the lattice onto itself. 0
   /// where too little is known.
   evidence_score score(const rigid& target_from_source) const {
     std::vector<float> residuals[kind_count];
     find_residuals(target_from_source, pair_nearest(target_from_source), residuals);
-    return score(residuals[0], residuals[1], residuals[2]);
+    return score(residuals[0], residuals[1]);
   }
 
   /// Hypotheses of the transforms that fit best, at most `maximum`, verified over all stems as far as these
@@ -55,7 +55,7 @@ class lattice_residuals {
     for (std::size_t i = 0; kinds_[0].null_model.is_known() && i < transforms_.size(); ++i) {
       poll_cancelled();
       const auto of = [&](int k) -> std::span<const float> { return kinds_[k].of_transforms[i]; };
-      order.push_back({key_of(score(of(0), of(1), of(2)).log10_nfa + 0.0), i});
+      order.push_back({key_of(score(of(0), of(1)).log10_nfa + 0.0), i});
     }
     keep_first(order, maximum);
     std::vector<local_hypothesis> proposed;
@@ -70,7 +70,7 @@ class lattice_residuals {
  private:
   static constexpr std::size_t enough = 512;  // source stems
   static constexpr std::size_t max_visited = 16'000'000, min_transforms = 20;
-  static constexpr int kind_count = 3;
+  static constexpr int kind_count = 2;
 
   /// One kind of residual, of each transform of the lattice onto itself; none where nothing is known of it.
   struct kind {
@@ -81,8 +81,7 @@ class lattice_residuals {
 
   bool radii_are_known() const { return !context_.source.radius.empty() && !context_.target.radius.empty(); }
 
-  /// Source stems, some of many, with the target stems nearest horizontally, which may be shared. In 4-DoF
-  /// heights do not exclude: they are evidence.
+  /// Source stems, some of many, with the target stems nearest horizontally, which may be shared.
   std::vector<correspondence> pair_nearest(const rigid& target_from_source) const {
     std::vector<correspondence> pairs;
     const double search_radius = lattice_.search_radius();
@@ -103,19 +102,16 @@ class lattice_residuals {
     return pairs;
   }
 
-  /// Of positions, and of heights and radii less what all have in common.
+  /// Of positions, and of radii less what all have in common.
   void find_residuals(const rigid& target_from_source, std::span<const correspondence> pairs,
                       std::vector<float> (&residuals)[kind_count]) const {
-    std::vector<double> vertical_offsets, radius_differences;
+    std::vector<double> radius_differences;
     for (const auto& [s, t] : pairs) {
       residuals[0].push_back(float(context_.residual(target_from_source, {s, t})));
-      if (context_.uses_heights())
-        vertical_offsets.push_back(context_.target.at[t].z - (target_from_source * context_.source.at[s]).z);
       if (radii_are_known() && context_.source.radius[s] > 0 && context_.target.radius[t] > 0)
         radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
     }
-    residuals[1] = deviations_from_median(vertical_offsets);
-    residuals[2] = deviations_from_median(radius_differences);
+    residuals[1] = deviations_from_median(radius_differences);
   }
 
   static std::vector<float> deviations_from_median(const std::vector<double>& values) {
@@ -193,11 +189,10 @@ class lattice_residuals {
     for (int k = 0; k < kind_count; ++k) kinds_[k].of_transforms.push_back(std::move(residuals[k]));
   }
 
-  evidence_score score(std::span<const float> positions, std::span<const float> heights,
-                       std::span<const float> radii) const {
-    // Fits take some of the noise away: of a transform, of what all heights and all radii have in common.
+  evidence_score score(std::span<const float> positions, std::span<const float> radii) const {
+    // Fits take some of the noise away: of a transform, of what all radii have in common.
     const double by_transform = context_.horizontal_distances() ? 3.0 / 2 : 6.0 / 3, by_middle = 1;
-    const std::span<const float> residuals[kind_count] = {positions, heights, radii};
+    const std::span<const float> residuals[kind_count] = {positions, radii};
     evidence_score best{0, evidence_source::residuals};
     double minimum = 0, product = 0;
     int asked = 0;
@@ -223,8 +218,7 @@ class lattice_residuals {
   std::size_t step_;               // from one source stem that is looked at to the next
   std::size_t visited_ = 0;        // stems
   std::vector<rigid> transforms_;  // of the lattice onto itself
-  kind kinds_[kind_count] = {
-      {evidence_source::residuals}, {evidence_source::heights}, {evidence_source::radii}};
+  kind kinds_[kind_count] = {{evidence_source::residuals}, {evidence_source::radii}};
 };
 
 }  // namespace globalmatch::detail

@@ -39,51 +39,41 @@ inline const execution& default_execution() {
 
 /// Refers to both maps and to `exec`.
 ///
-/// In 6-DoF distances of stems are those in space. In 4-DoF they are horizontal, and heights, the noisier
-/// coordinate ([GM] 5.4.3), only exclude pairs.
+/// In 6-DoF distances of stems are those in space. In 4-DoF they are horizontal: heights are the noisier
+/// coordinate ([GM] 5.4.3), and what is wrong with them is decided when the stems are paired (`vertical_fit`).
 class matching_context {
  public:
   matching_context(const position_set& source_stems, const position_set& target_stems, bool ignore_heights,
-                   degrees_of_freedom freedom, double height_threshold = 1)
+                   degrees_of_freedom freedom)
       : matching_context(source_stems, target_stems, std::make_shared<position_index>(source_stems),
-                         std::make_shared<position_index>(target_stems), ignore_heights, freedom,
-                         height_threshold) {}
+                         std::make_shared<position_index>(target_stems), ignore_heights, freedom) {}
 
   /// The indices are those of both maps.
   matching_context(const position_set& source_stems, const position_set& target_stems,
                    std::shared_ptr<const position_index> index_of_source,
                    std::shared_ptr<const position_index> index_of_target, bool ignore_heights,
-                   degrees_of_freedom freedom, double height_threshold = 1,
-                   const execution& run_by = default_execution())
+                   degrees_of_freedom freedom, const execution& run_by = default_execution())
       : source(source_stems),
         target(target_stems),
         horizontal(ignore_heights),
         dof(freedom),
-        vertical_threshold(height_threshold),
         source_index(std::move(index_of_source)),
         target_index(std::move(index_of_target)),
         exec(run_by) {}
 
   /// The same maps the other way round.
   matching_context reversed() const {
-    return {target, source, target_index, source_index, horizontal, dof, vertical_threshold, exec};
+    return {target, source, target_index, source_index, horizontal, dof, exec};
   }
 
   const position_set &source, &target;
-  const bool horizontal;  ///< heights only give that of the transform; in 4-DoF only
+  const bool horizontal;  ///< edges of the triangles of `algorithm_1` are horizontal; in 4-DoF only
   const degrees_of_freedom dof;
-  const double vertical_threshold;  ///< [m] in 4-DoF: heights of one stem in both maps differ by less
   const std::shared_ptr<const position_index> source_index, target_index;
   const execution& exec;
 
   /// Whether distances are horizontal.
   bool horizontal_distances() const { return dof == degrees_of_freedom::four; }
-  /// Whether heights exclude pairs, apart from distances.
-  bool uses_heights() const { return horizontal_distances() && !horizontal; }
-  /// Whether the heights allow that a transformed source stem is this target stem.
-  bool heights_agree(const vec3& transformed, stem_index t) const {
-    return !uses_heights() || std::abs(transformed.z - target.at[t].z) < vertical_threshold;
-  }
 
   /// Calls `visit(target stem, distance)` for the target stems nearer than `inlier_threshold` [m] to a
   /// transformed source stem.
@@ -94,7 +84,7 @@ class matching_context {
         squared = (transformed - target.at[t]).squared_norm();
         if (squared >= inlier_threshold * inlier_threshold) return;
       }
-      if (heights_agree(transformed, t)) visit(t, std::sqrt(squared));
+      visit(t, std::sqrt(squared));
     };
     target_index->for_each_within(transformed.x, transformed.y, inlier_threshold, check);
   }

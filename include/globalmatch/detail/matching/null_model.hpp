@@ -55,7 +55,6 @@ class null_model {
     std::vector<double> residuals;  ///< [m] from the nearest target stem, increasing, where one is near
     /// Sums of the probabilities of being as near under the null model, of the first residuals.
     std::vector<double> cumulative_probability;
-    double vertical_offset = 0;  ///< [m] that was added to the height of the transform
 
     double matched(double inlier_threshold) const {
       return double(std::lower_bound(residuals.begin(), residuals.end(), inlier_threshold) -
@@ -64,26 +63,22 @@ class null_model {
   };
 
   /// Transforms source stems, some thousands from all over where both maps are large, and looks for target
-  /// stems within `search_radius` [m] of them. In 4-DoF the height of the transform is first fitted to what
-  /// is within `inlier_threshold` [m]; a target stem of another height may then hide one behind it, which
-  /// makes what is matched a lower bound.
-  residual_set residuals_under(const rigid& target_from_source, double search_radius,
-                               double inlier_threshold) const {
+  /// stems within `search_radius` [m] of them.
+  residual_set residuals_under(const rigid& target_from_source, double search_radius) const {
     constexpr std::size_t max_sampled = 8192;
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
     const std::size_t step = std::max<std::size_t>(1, (smaller + max_sampled - 1) / max_sampled);
-    std::vector<candidate> candidates;
     residual_set result;
     for (std::size_t s = 0; s < context_.source.size(); s += step) {
       matching_context::poll_cancelled_at(s / step);
       const vec3 transformed = target_from_source * context_.source.at[s];
       if (target_->surrounds(transformed)) ++result.expected;
-      const candidate nearest = find_nearest(transformed, search_radius);
-      if (nearest.residual < search_radius) candidates.push_back(nearest);
+      double residual = search_radius;
+      context_.for_each_inlier(transformed, search_radius, [&](stem_index, double distance) {
+        if (distance < residual) residual = distance;
+      });
+      if (residual < search_radius) result.residuals.push_back(residual);
     }
-    if (context_.uses_heights())
-      result.vertical_offset = keep_consistent_heights(candidates, inlier_threshold);
-    for (const candidate& m : candidates) result.residuals.push_back(m.residual);
     sort_numbers(result.residuals);
     result.cumulative_probability =
         cumulative_probabilities(result.residuals, &probabilities::inlier_probability);
@@ -136,10 +131,6 @@ class null_model {
   struct probabilities {
     double inlier_threshold, inlier_probability, poisson_inlier_probability;
   };
-  /// A transformed source stem and the target stem nearest to it.
-  struct candidate {
-    double residual, vertical_offset;  // [m]
-  };
 
   void insert(const probabilities& asked) {
     known_.push_back(asked);
@@ -158,17 +149,6 @@ class null_model {
     const double at_random = target_->poisson_inlier_probability(inlier_threshold);
     return {inlier_threshold, std::max(at_random, target_->lattice_inlier_probability(inlier_threshold)),
             at_random};
-  }
-
-  candidate find_nearest(const vec3& transformed, double search_radius) const {
-    candidate nearest{search_radius, 0};
-    context_.target_index->for_each_within(
-        transformed.x, transformed.y, search_radius, [&](stem_index t, double) {
-          const vec3& at = context_.target.at[t];
-          const double residual = stem_distance(transformed, at, context_.horizontal_distances());
-          if (residual < nearest.residual) nearest = {residual, at.z - transformed.z};
-        });
-    return nearest;
   }
 
   /// Sums of the probabilities of being as near, of the first residuals [m, increasing]. Between the
@@ -210,21 +190,6 @@ class null_model {
           log_uniform_sum_tail(near - fixing, std::max(set.expected, matched) - fixing, inlier_probability);
     }
     return (std::log(number_of_tests(inlier_threshold)) + tail) / std::numbers::ln10;
-  }
-
-  /// Removes candidates whose heights are too far from those of most within `inlier_threshold` [m]; returns
-  /// the vertical offset [m] of these.
-  double keep_consistent_heights(std::vector<candidate>& candidates, double inlier_threshold) const {
-    std::vector<double> vertical_offsets;
-    for (const candidate& m : candidates)
-      if (m.residual < inlier_threshold) vertical_offsets.push_back(m.vertical_offset);
-    const double vertical_offset = vertical_offsets.empty() ? 0 : median(vertical_offsets);
-    std::size_t kept = 0;
-    for (const candidate& m : candidates)
-      if (!(std::abs(m.vertical_offset - vertical_offset) >= context_.vertical_threshold))
-        candidates[kept++] = m;
-    candidates.resize(kept);
-    return vertical_offset;
   }
 
   /// Transforms that two pairs of stems fix (three in 6-DoF), at each of the thresholds: any two source

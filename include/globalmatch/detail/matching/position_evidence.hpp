@@ -78,8 +78,7 @@ class position_evidence {
   evidence_score score(const local_hypothesis& h) const {
     local_hypothesis scored;
     scored.inlier_threshold = h.inlier_threshold;
-    null_model_.score(
-        scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold, h.inlier_threshold));
+    null_model_.score(scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold));
     return {scored.log10_nfa, evidence_source::positions, scored.log10_nfa_poisson};
   }
 

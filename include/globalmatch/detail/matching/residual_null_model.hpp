@@ -1,4 +1,4 @@
-// Null model of residuals, of positions, heights or radii: those of stems that were paired though they are
+// Null model of residuals, of positions or radii: those of stems that were paired though they are
 // not one. In: residuals under many transforms, hardly any of which is right. Out: how improbable it is that
 // pairs fit as well as they do.
 #pragma once

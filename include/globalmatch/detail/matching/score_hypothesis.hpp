@@ -27,9 +27,7 @@ inline void score_hypothesis(local_hypothesis& h, const matching_context& contex
   constexpr double relative_convergence_threshold = 0.1;  // of the inlier threshold
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const double before = h.inlier_threshold;
-    const null_model::residual_set set =
-        null.residuals_under(h.target_from_source, thresholds.back(), h.inlier_threshold);
-    h.target_from_source.translation.z += set.vertical_offset;
+    const null_model::residual_set set = null.residuals_under(h.target_from_source, thresholds.back());
     double smallest = std::numeric_limits<double>::infinity();
     for (const double inlier_threshold : thresholds) {
       const double log10_nfa = null.log10_nfa(set, inlier_threshold);

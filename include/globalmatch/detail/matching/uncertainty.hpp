@@ -13,6 +13,7 @@
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/detail/matching/vertical_fit.hpp"
 #include "globalmatch/matching.hpp"
 
 namespace globalmatch::detail {
@@ -72,26 +73,17 @@ class residual_adjustment {
   double squares_ = 0, coordinates_ = 0;
 };
 
-/// Variance [m^2] of the height in 4-DoF, a median.
-inline double variance_of_height(const local_hypothesis& h, const matching_context& context) {
-  const double median_of_normal = std::numbers::pi / 2;  // its variance, against that of the mean
-  const double count = double(h.correspondences.size());
-  double squares = 0;
-  for (const correspondence& c : h.correspondences)
-    squares +=
-        std::pow((h.target_from_source * context.source.at[c.source] - context.target.at[c.target]).z, 2);
-  return median_of_normal * variance_of_t(count - 1) * squares / (count - 1) / count;
-}
-
 /// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
 /// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
-/// The height of 4-DoF has that of a median; 0 where a map has no heights. Nothing for fewer than four pairs.
-/// Cost: linear in the pairs.
+/// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer than
+/// four pairs. Cost: linear in the pairs.
 inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h,
-                                                       const matching_context& context) {
+                                                       const matching_context& context,
+                                                       const local_vertical_fit& vertical = {}) {
   constexpr std::size_t minimum = 4;
   if (h.correspondences.size() < minimum) return std::nullopt;
   const bool four = context.dof == degrees_of_freedom::four;
+  if (vertical.covariance) return local_uncertainty{vertical.center, *vertical.covariance};
   local_uncertainty result;
   for (const correspondence& c : h.correspondences)
     result.center += h.target_from_source * context.source.at[c.source] / double(h.correspondences.size());
@@ -113,8 +105,7 @@ inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t r = 0; r < 3; ++r)
       result.covariance(r < 2 ? r : 3, c < 2 ? c : 3) = adjusted_covariance(r, c);
-  if (context.source.has_heights && context.target.has_heights)
-    result.covariance(2, 2) = variance_of_height(h, context);
+  result.covariance(2, 2) = vertical.fit.sigma * vertical.fit.sigma;
   return result;
 }
 
@@ -148,6 +139,51 @@ inline transform_uncertainty in_caller_frame(const local_uncertainty& u, const l
     for (std::size_t r = 0; r < covariance.size; ++r)
       result.covariance.data()[covariance.size * c + r] = covariance(r, c);
   return result;
+}
+
+/// Replaces the variance [m^2] of the height, which then has nothing to do with the rest.
+inline void set_height_variance(transform_uncertainty& u, double variance) {
+  const double up[3] = {u.up[0], u.up[1], u.up[2]};
+  const Eigen::Index size = u.covariance.rows();
+  small_matrix known, across;  // less what is along `up`
+  known.size = across.size = std::size_t(size);
+  for (std::size_t c = 0; c < known.size; ++c)
+    for (std::size_t r = 0; r < known.size; ++r) {
+      const double number = u.covariance.data()[known.size * c + r];
+      known(r, c) = std::isfinite(number) ? number : 0;
+      across(r, c) = (r == c ? 1 : 0) - (r < 3 && c < 3 ? up[r] * up[c] : 0);
+    }
+  const small_matrix rest = product(product(across, known), across, true);
+  for (std::size_t c = 0; c < known.size; ++c)
+    for (std::size_t r = 0; r < known.size; ++r)
+      u.covariance.data()[known.size * c + r] = rest(r, c) + (r < 3 && c < 3 ? variance * up[r] * up[c] : 0);
+}
+
+/// Whether two transforms differ in plan by no more than the uncertainty of the first one allows (99.7 % of
+/// errors are smaller). True where it has none.
+inline bool moves_within(const std::optional<transform_uncertainty>& u, const Eigen::Isometry3d& from,
+                         const Eigen::Isometry3d& to) {
+  constexpr double quantile = 13.93;  // of chi squared, three degrees of freedom
+  if (!u) return true;
+  const rigid moved = from_eigen(to) * from_eigen(from).inverse();
+  const vec3 up = from_eigen(u->up), center = from_eigen(u->center), shift = moved * center - center;
+  const vec3 first = up.unit_orthogonal(), second = up.cross(first);
+  const mat3& r = moved.rotation;
+  const vec3 turn = 0.5 * vec3{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};
+  const small_vector change = {shift.dot(first), shift.dot(second), turn.dot(up)};
+  const auto size = std::size_t(u->covariance.rows());
+  small_vector rows[3] = {{first.x, first.y, first.z}, {second.x, second.y, second.z}, {0, 0, 0, 1}};
+  if (size == 6) rows[2] = {0, 0, 0, up.x, up.y, up.z};
+  small_matrix in_plan;
+  in_plan.size = 3;
+  for (std::size_t a = 0; a < 3; ++a)
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t i = 0; i < size; ++i)
+        for (std::size_t k = 0; k < size; ++k)
+          if (const double both = rows[a][i] * rows[b][k]; both != 0)
+            in_plan(a, b) += both * u->covariance.data()[size * k + i];
+  const small_vector solved = small_solver(in_plan).solve(change);
+  return change[0] * solved[0] + change[1] * solved[1] + change[2] * solved[2] <= quantile;
 }
 
 }  // namespace globalmatch::detail

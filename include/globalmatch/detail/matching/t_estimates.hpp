@@ -1,0 +1,116 @@
+// Robust estimates by Student's t of three degrees of freedom: the most likely parameters and scale where
+// some residuals are much larger than most (Lange, Little and Taylor 1989, Robust statistical modeling using
+// the t distribution, J. American Statistical Association 84).
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/small_solver.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+
+namespace globalmatch::detail {
+
+/// One coordinate of an observation: `right` is the product of `row` and the parameters, but for noise.
+struct observed_coordinate {
+  small_vector row{};
+  double right = 0;
+};
+
+/// What was observed together: `dimensions` coordinates, whose noise has the standard deviation `relative`
+/// times a scale that is not known.
+struct observation {
+  std::array<observed_coordinate, 2> coordinates;
+  double relative = 1;
+};
+
+/// Observations of one kind share a scale.
+struct observation_kind {
+  std::size_t dimensions = 1;  ///< 1 or 2
+  std::vector<observation> of = {};
+  double scale = 0;  ///< estimated
+
+  double squared_residual(const observation& o, const small_vector& parameters) const {
+    double squares = 0;
+    for (std::size_t d = 0; d < dimensions; ++d) {
+      double rest = o.coordinates[d].right;
+      for (std::size_t k = 0; k < parameters.size(); ++k) rest -= o.coordinates[d].row[k] * parameters[k];
+      squares += rest * rest;
+    }
+    return squares / (o.relative * o.relative);
+  }
+};
+
+inline constexpr double t_degrees = 3;  // of freedom
+
+/// Weight of an observation whose squared residual is `square` of a unit.
+inline double t_weight(const observation_kind& kind, double square) {
+  return (t_degrees + double(kind.dimensions)) / (t_degrees + square / (kind.scale * kind.scale));
+}
+
+/// The most likely parameters and scales.
+struct t_estimate {
+  small_vector parameters{};
+  small_matrix covariance;    ///< of the parameters
+  double scale = 0;           ///< of the first kind
+  double log_likelihood = 0;  ///< but for constants that depend on the observations alone
+};
+
+/// Estimates `unknowns` parameters, 6 at most, that all kinds have in common, and the scale of each kind,
+/// which is `min_scale` at least. Parameters that nothing determines stay 0. Cost: linear in the
+/// observations.
+inline t_estimate estimate_by_t(std::span<observation_kind> kinds, std::size_t unknowns, double min_scale) {
+  constexpr int max_iterations = 100;
+  constexpr double convergence_threshold = 1e-4;  // relative change of scales
+  t_estimate result;
+  for (observation_kind& kind : kinds) kind.scale = 0;
+  small_matrix normal;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    poll_cancelled();
+    normal = {};
+    normal.size = unknowns;
+    small_vector right{};
+    for (const observation_kind& kind : kinds)
+      for (const observation& o : kind.of) {
+        const double square = kind.squared_residual(o, result.parameters);
+        const double unit = kind.scale > 0 ? kind.scale * o.relative : o.relative;
+        const double weight = (kind.scale > 0 ? t_weight(kind, square) : 1) / (unit * unit);
+        for (std::size_t d = 0; d < kind.dimensions; ++d) {
+          normal.add_square(o.coordinates[d].row, weight);
+          for (std::size_t k = 0; k < unknowns; ++k)
+            right[k] += weight * o.coordinates[d].row[k] * o.coordinates[d].right;
+        }
+      }
+    result.parameters = small_solver(normal).solve(right);
+    double change = 0;
+    for (observation_kind& kind : kinds) {
+      if (kind.of.empty()) continue;
+      double sum = 0;
+      for (const observation& o : kind.of) {
+        const double square = kind.squared_residual(o, result.parameters);
+        sum += (kind.scale > 0 ? t_weight(kind, square) : 1) * square;
+      }
+      const double before = kind.scale;
+      kind.scale = std::max(min_scale, std::sqrt(sum / double(kind.dimensions * kind.of.size())));
+      change = std::max(change, std::abs(kind.scale / (before > 0 ? before : 2 * kind.scale) - 1));
+    }
+    if (change < convergence_threshold) break;
+  }
+  result.covariance = small_solver(normal).inverse();
+  result.scale = kinds.front().scale;
+  for (const observation_kind& kind : kinds)
+    for (const observation& o : kind.of) {
+      const double square = kind.squared_residual(o, result.parameters) / (kind.scale * kind.scale);
+      const auto dimensions = double(kind.dimensions);
+      result.log_likelihood -=
+          dimensions * std::log(kind.scale) + (t_degrees + dimensions) / 2 * std::log1p(square / t_degrees);
+    }
+  return result;
+}
+
+}  // namespace globalmatch::detail

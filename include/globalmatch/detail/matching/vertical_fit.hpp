@@ -1,0 +1,314 @@
+// Vertical fit: what the heights of the stems that match in plan say. In: a hypothesis fitted in plan. Out: its
+// transform with a height, or rotated, and how far the height is to be trusted. Ours.
+//
+// Heights differ by a constant where both scans are level. Where they differ by a plane either one scan is
+// rotated against the other, or heights are wrong: they drift, or the ground was hidden. Heights cannot tell;
+// a rotation also moves stems in plan, where the ground has relief, and turns the axes of the stems.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
+#include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/detail/matching/t_estimates.hpp"
+#include "globalmatch/matching.hpp"
+
+namespace globalmatch::detail {
+
+/// Turns `transform` about `center` by a rotation vector [rad].
+inline rigid turned(const rigid& transform, const vec3& turn, const vec3& center) {
+  const double angle = turn.norm();
+  if (!(angle > 0)) return transform;
+  const rigid rotation{rotation_about(turn.normalized(), angle), {}};
+  return shifted_before(shifted_after(rotation, center), -center) * transform;
+}
+
+/// Standard deviations as multiples of one that is common to all: a known variance adds to one as large as the
+/// median, so that no stem is much more certain than the rest. 1 where none is known.
+inline std::vector<double> relative_sigmas(const std::vector<double>& variances) {
+  std::vector<double> sorted = variances;
+  const double usual = median(sorted);
+  std::vector<double> result;
+  for (const double variance : variances)
+    result.push_back(usual > 0 ? std::sqrt((variance + usual) / (2 * usual)) : 1);
+  return result;
+}
+
+/// What is observed of the small transform that leads from a hypothesis to the truth: a shift of x, y and z
+/// [m], and turns [rad] about the axes through `center`.
+class vertical_observations {
+ public:
+  /// Of some thousands of pairs where there are more.
+  vertical_observations(const matching_context& context, std::span<const correspondence> pairs)
+      : context_(context) {
+    constexpr std::size_t max_pairs = 4096;
+    const std::size_t step = std::max<std::size_t>(1, (pairs.size() + max_pairs - 1) / max_pairs);
+    std::vector<double> in_plan, in_height;
+    for (std::size_t i = 0; i < pairs.size(); i += step) {
+      pairs_.push_back(pairs[i]);
+      in_plan.push_back(known_variance(context, pairs[i]));
+      in_height.push_back(variance_of_heights(pairs[i]));
+    }
+    plan_sigmas_ = relative_sigmas(in_plan);
+    height_sigmas_ = relative_sigmas(in_height);
+  }
+
+  std::size_t size() const { return pairs_.size(); }
+
+  /// [m] centroid of the pairs
+  vec3 center(const rigid& transform) const {
+    vec3 sum;
+    for (const correspondence& c : pairs_)
+      sum += transform * context_.source.at[c.source] / double(pairs_.size());
+    return sum;
+  }
+
+  /// Of positions in plan; `tilts`: turns about x and y are parameters, or they are 0.
+  observation_kind plan(const rigid& transform, const vec3& center, bool tilts) const {
+    observation_kind kind{.dimensions = 2};
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const vec3 transformed = transform * context_.source.at[pairs_[i].source];
+      const vec3 arm = transformed - center, off = context_.target.at[pairs_[i].target] - transformed;
+      const double lever = tilts ? arm.z : 0;
+      kind.of.push_back({{{{{1, 0, 0, 0, lever, -arm.y}, off.x}, {{0, 1, 0, -lever, 0, arm.x}, off.y}}},
+                         plan_sigmas_[i]});
+    }
+    return kind;
+  }
+
+  /// Of heights; `tilts`: they differ by a plane, or by a constant.
+  observation_kind heights(const rigid& transform, const vec3& center, bool tilts) const {
+    observation_kind kind{.dimensions = 1};
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const vec3 transformed = transform * context_.source.at[pairs_[i].source];
+      const vec3 arm = tilts ? transformed - center : vec3{};
+      const double off = context_.target.at[pairs_[i].target].z - transformed.z;
+      kind.of.push_back({{{{{0, 0, 1, arm.y, -arm.x, 0}, off}}}, height_sigmas_[i]});
+    }
+    return kind;
+  }
+
+  /// Of the stems' axes, where both maps know them.
+  observation_kind axes(const rigid& transform, bool tilts) const {
+    observation_kind kind{.dimensions = 2};
+    if (context_.source.axis.empty() || context_.target.axis.empty()) return kind;
+    const double known = tilts ? 1 : 0;
+    for (const correspondence& c : pairs_) {
+      const vec3 from = transform.rotation * context_.source.axis[c.source], to = context_.target.axis[c.target];
+      if (!(from.squared_norm() > 0 && to.squared_norm() > 0)) continue;
+      const vec3 turn = from.cross(to);
+      kind.of.push_back({{{{{0, 0, 0, known, 0, 0}, turn.x}, {{0, 0, 0, 0, known, 0}, turn.y}}}});
+    }
+    return kind;
+  }
+
+ private:
+  double variance_of_heights(const correspondence& c) const {
+    const auto of = [](const position_set& stems, stem_index i) {
+      return stems.height_sigma.empty() ? 0 : stems.height_sigma[i] * stems.height_sigma[i];
+    };
+    return of(context_.source, c.source) + of(context_.target, c.target);
+  }
+
+  const matching_context& context_;
+  std::vector<correspondence> pairs_;
+  std::vector<double> plan_sigmas_, height_sigmas_;
+};
+
+/// Scales of residuals are not estimated smaller than this: [m] of positions, [rad] of axes.
+inline constexpr double min_vertical_scale = 1e-4;
+inline constexpr std::size_t vertical_unknowns = 6;
+
+template <std::size_t Count>
+t_estimate estimate_small_transform(observation_kind (&&kinds)[Count]) {
+  return estimate_by_t(kinds, vertical_unknowns, min_vertical_scale);
+}
+
+/// The vertical fit of a hypothesis in the levelled local frames.
+struct local_vertical_fit {
+  vertical_fit fit;
+  std::optional<small_matrix> covariance;  ///< of all six unknowns about `center`, where it is rotated
+  vec3 center;                             ///< [m]
+};
+
+/// Decides between level, rotated and sloping, see `fit_vertical`.
+class vertical_decision {
+ public:
+  vertical_decision(const matching_context& context, const local_hypothesis& h)
+      : observations_(context, h.correspondences),
+        transform_(h.target_from_source),
+        center_(observations_.center(transform_)),
+        level_(heights(transform_, false)),
+        sloped_(heights(transform_, true)) {}
+
+  const vec3& center() const { return center_; }
+  const t_estimate& level() const { return level_; }
+  const t_estimate& sloped() const { return sloped_; }
+  /// [m] of the heights, less their plane if there is one
+  double scatter() const { return std::min(level_.scale, sloped_.scale); }
+
+  /// Whether the heights differ by a plane beyond doubt.
+  bool is_sloping() const { return sloped_.log_likelihood - level_.log_likelihood > required_gain(); }
+
+  /// The rotation vector [rad] that residuals in plan and axes ask for beyond doubt, and heights do not
+  /// contradict; of those that the heights' plane and the axes propose.
+  std::optional<vec3> rotation() const {
+    const double unrotated = plan_and_axes(transform_);
+    double most = required_gain();
+    std::optional<vec3> best;
+    for (const vec3& turn : {turn_of(sloped_), turn_of_axes()}) {
+      const rigid transform = turned(transform_, turn, center_);
+      if (heights(transform, false).log_likelihood < level_.log_likelihood) continue;
+      const double gain = plan_and_axes(transform) - unrotated;
+      if (!(gain > most)) continue;
+      most = gain;
+      best = turn;
+    }
+    return best;
+  }
+
+  /// Rotation vector [rad] of a plane.
+  static vec3 turn_of(const t_estimate& e) {
+    const vec3 slope{e.parameters[3], e.parameters[4], 0};
+    const double length = slope.norm();
+    return length > 0 ? std::atan(length) / length * slope : vec3{};
+  }
+
+ private:
+  /// Logarithm of the likelihood ratio from which on two more parameters are beyond doubt: that of the
+  /// Bayesian information criterion (Schwarz 1978), and a factor of a hundred.
+  double required_gain() const { return std::log(100 * double(observations_.size())); }
+
+  t_estimate heights(const rigid& transform, bool tilts) const {
+    return estimate_small_transform({observations_.heights(transform, center_, tilts)});
+  }
+
+  /// How likely they are, shifted and turned about the vertical.
+  double plan_and_axes(const rigid& transform) const {
+    return estimate_small_transform({observations_.plan(transform, center_, false),
+                                     observations_.axes(transform, false)})
+        .log_likelihood;
+  }
+
+  vec3 turn_of_axes() const {
+    return turn_of(estimate_small_transform({observations_.axes(transform_, true)}));
+  }
+
+  vertical_observations observations_;
+  rigid transform_;
+  vec3 center_;
+  t_estimate level_, sloped_;
+};
+
+/// What a variance that t estimates give is to be multiplied by: their scale has the information of
+/// (d + n) / (d + n + 2) Gaussian observations of n coordinates, and is estimated from `count` of them.
+inline double variance_factor(double count, double unknowns) {
+  const double degrees = std::max(count - unknowns, 2.5);  // fewer have no variance
+  return (t_degrees + 3) / (t_degrees + 1) * count / degrees * (degrees / (degrees - 2));
+}
+
+/// Refits all six unknowns to positions, heights and axes, and re-pairs the stems, until convergence.
+inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_context& context) {
+  constexpr int max_iterations = 10;
+  constexpr double convergence_threshold = 1e-5;  // [m], [rad]
+  local_vertical_fit result;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const vertical_observations observations(context, h.correspondences);
+    const rigid& transform = h.target_from_source;
+    result.center = observations.center(transform);
+    const t_estimate step = estimate_small_transform({observations.plan(transform, result.center, true),
+                                                      observations.heights(transform, result.center, true),
+                                                      observations.axes(transform, true)});
+    result.covariance = step.covariance;
+    const double factor = variance_factor(2 * double(observations.size()), vertical_unknowns);
+    for (double& number : result.covariance->numbers) number *= factor;
+    const small_vector& by = step.parameters;
+    const vec3 shift{by[0], by[1], by[2]}, turn{by[3], by[4], by[5]};
+    h.target_from_source = shifted_after(turned(transform, turn, result.center), shift);
+    auto pairs = context.pair_stems(h.target_from_source, h.inlier_threshold);
+    const bool converged = shift.norm() < convergence_threshold && turn.norm() < convergence_threshold;
+    if (pairs.size() < min_robust_pairs || (converged && pairs == h.correspondences)) break;
+    h.correspondences = std::move(pairs);
+  }
+  h.rms = context.rms(h.target_from_source, h.correspondences);
+  result.fit.kind = vertical_kind::rotated;
+  result.fit.source = vertical_source::stems;
+  result.fit.sigma = std::sqrt((*result.covariance)(2, 2));
+  result.fit.tilt = std::acos(std::clamp(h.target_from_source.rotation(2, 2), -1.0, 1.0));
+  return result;
+}
+
+/// What the 6-DoF fit of a hypothesis says of its height.
+inline local_vertical_fit fit_of_rotated(const local_hypothesis& h, const matching_context& context) {
+  local_vertical_fit result;
+  result.fit.kind = vertical_kind::rotated;
+  result.fit.source = vertical_source::stems;
+  result.fit.tilt = std::acos(std::clamp(h.target_from_source.rotation(2, 2), -1.0, 1.0));
+  result.center = vertical_observations(context, h.correspondences).center(h.target_from_source);
+  return result;
+}
+
+/// Why the heights of the maps are no heights of the ground; empty where they may be.
+inline std::string describe_missing_heights(const matching_context& context, bool ignored) {
+  if (ignored) return "heights were ignored; that of the transform is a guess";
+  const bool source = context.source.has_heights, target = context.target.has_heights;
+  if (source && target) return {};
+  return std::string(source ? "target has" : target ? "source has" : "source and target have") +
+         " no heights, or the same one everywhere; the height of the transform is a guess";
+}
+
+/// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its height;
+/// where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its rotation.
+/// Not known are the heights of maps that have none, and those that scatter by more than heights of the ground
+/// do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
+inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
+                                       bool ignores_heights = false) {
+  constexpr double max_scatter = 1;  // [m] where shrubs hide the ground heights are off by decimetres
+  const vertical_decision decision(context, h);
+  local_vertical_fit result;
+  result.center = decision.center();
+  result.fit.sigma = std::numeric_limits<double>::infinity();
+  result.fit.reason = describe_missing_heights(context, ignores_heights);
+  if (!result.fit.reason.empty()) return result;
+  if (may_rotate && h.correspondences.size() >= min_robust_pairs)
+    if (const auto turn = decision.rotation()) {
+      h.target_from_source = turned(h.target_from_source, *turn, decision.center());
+      return fit_rotated(h, context);
+    }
+  if (decision.scatter() > max_scatter) {
+    result.fit.reason = "the heights of the paired stems scatter by more than a metre: not all of them are heights "
+                        "of the ground; the height of the transform is a guess";
+    return result;
+  }
+  const bool slopes = decision.is_sloping();
+  const t_estimate& fitted = slopes ? decision.sloped() : decision.level();
+  const auto count = double(h.correspondences.size());
+  result.fit.source = vertical_source::stems;
+  h.target_from_source.translation.z += fitted.parameters[2];
+  double variance = variance_factor(count, slopes ? 3 : 1) * fitted.covariance(2, 2);
+  if (slopes) {
+    result.fit.kind = vertical_kind::sloping;
+    result.fit.tilt = vertical_decision::turn_of(fitted).norm();
+    double squares = 0;  // [m^2] of the heights under their plane
+    for (const correspondence& c : h.correspondences) {
+      const vec3 arm = h.target_from_source * context.source.at[c.source] - result.center;
+      const double rise = fitted.parameters[3] * arm.y - fitted.parameters[4] * arm.x;
+      squares += rise * rise;
+    }
+    variance += squares / count;
+  }
+  result.fit.sigma = std::sqrt(variance);
+  return result;
+}
+
+}  // namespace globalmatch::detail
