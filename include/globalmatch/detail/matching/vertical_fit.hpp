@@ -164,17 +164,19 @@ class vertical_decision {
   /// contradict; of those that the heights' plane and the axes propose.
   std::optional<vec3> rotation() const {
     const double unrotated = plan_and_axes(transform_);
-    double most = required_gain();
-    std::optional<vec3> best;
-    for (const vec3& turn : {turn_of(sloped_), turn_of_axes()}) {
-      const rigid transform = turned(transform_, turn, center_);
-      if (heights(transform, false).log_likelihood < level_.log_likelihood) continue;
-      const double gain = plan_and_axes(transform) - unrotated;
-      if (!(gain > most)) continue;
-      most = gain;
-      best = turn;
-    }
-    return best;
+    const auto gain_of = [&](const vec3& turn) {
+      return plan_and_axes(turned(transform_, turn, center_)) - unrotated;
+    };
+    // A slope that is certain is one or the other, and was not fitted to what decides between them.
+    const vec3 by_heights = turn_of(sloped_), by_axes = turn_of_axes();
+    const double gain_by_heights = gain_of(by_heights), gain_by_axes = gain_of(by_axes);
+    const bool heights_rotate = gain_by_heights > (is_sloping() ? 0 : required_gain());
+    const bool axes_rotate =
+        gain_by_axes > required_gain() &&
+        heights(turned(transform_, by_axes, center_), false).log_likelihood > level_.log_likelihood;
+    if (axes_rotate && gain_by_axes > gain_by_heights) return by_axes;
+    if (heights_rotate) return by_heights;
+    return std::nullopt;
   }
 
   /// Rotation vector [rad] of a plane.
