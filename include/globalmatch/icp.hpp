@@ -99,7 +99,7 @@ struct icp_surface {
         normals(std::move(layer.target_normals)),
         has_outside(!normals.empty()),
         tree(target.size(), [&](std::size_t i) { return target[i] -= origin; }) {
-    const std::size_t step = (layer.source.size() + options.max_points - 1) / options.max_points;
+    const std::size_t step = 1 + (layer.source.size() - 1) / options.max_points;
     for (std::size_t i = 0; i < layer.source.size(); i += step) {
       source.push_back(layer.source[i]);
       if (has_outside) source_normals.push_back(layer.source_normals[i]);
@@ -280,17 +280,21 @@ std::vector<vec3> finite_points(const R& points) {
 
 }  // namespace detail
 
-/// Refines `coarse`, the transform target_from_source, over the layers. When fewer than six pairs are left
+/// Refines `coarse`, the transform target_from_source, over the layers; points that are not finite are skipped.
+/// When fewer than six pairs are left
 /// `converged` is false and the transform the last good one. 4-DoF turns about z, so both frames must be
 /// level. Throws `std::invalid_argument` for options that make no sense, normals of some points only, and a
 /// coarse transform that is not finite.
 inline icp_result refine_by_icp(const std::vector<icp_layer>& layers, const Eigen::Isometry3d& coarse,
                                 degrees_of_freedom dof, const icp_options& options = {},
                                 const execution& exec = {}) {
-  const auto copy = [](const std::vector<Eigen::Vector3d>& points) {
+  // `like`: of points and their normals those go of which the other is not finite.
+  const auto copy = [](const std::vector<Eigen::Vector3d>& points, const std::vector<Eigen::Vector3d>& like) {
     std::vector<detail::vec3> result;
     result.reserve(points.size());
-    for (const Eigen::Vector3d& p : points) result.push_back(detail::from_eigen(p));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (is_finite(detail::from_eigen(points[i])) && (like.empty() || is_finite(detail::from_eigen(like[i]))))
+        result.push_back(detail::from_eigen(points[i]));
     return result;
   };
   std::vector<detail::icp_samples> samples;
@@ -299,7 +303,8 @@ inline icp_result refine_by_icp(const std::vector<icp_layer>& layers, const Eige
     if (has_normals &&
         (l.source_normals.size() != l.source.size() || l.target_normals.size() != l.target.size()))
       throw std::invalid_argument("layers: normals must be given for all points of both scans, or for none");
-    samples.push_back({copy(l.source), copy(l.target), copy(l.source_normals), copy(l.target_normals)});
+    samples.push_back({copy(l.source, l.source_normals), copy(l.target, l.target_normals),
+                       copy(l.source_normals, l.source), copy(l.target_normals, l.target)});
   }
   return detail::refine_samples(std::move(samples), detail::from_eigen(coarse), dof, options, exec);
 }

@@ -48,7 +48,7 @@ inline std::vector<triangle_pair> match_locally(const std::vector<triangle>& sou
                                                 const std::vector<triangle>& target, double epsilon,
                                                 const execution& exec = {}) {
   using namespace detail;
-  if (!(epsilon > 0)) throw std::invalid_argument("tolerance must be positive");
+  if (!(epsilon > 0)) throw std::invalid_argument("match_locally: epsilon must be positive");
   std::vector<triangle> candidates;
   candidates.reserve(source.size());
   for (const triangle& s : source)

@@ -123,7 +123,8 @@ using element_of = std::ranges::range_reference_t<const std::remove_reference_t<
 /// Anything to iterate over more than once, also while it is const, whose elements are points:
 /// `std::vector<MyPoint>`, `pcl::PointCloud<T>`, `matrix.colwise()`, `strided_points(...)`,
 /// `soa_points(...)`, and views of these such as `std::views::transform` and `take`. Views that find their
-/// begin when asked (`filter`, `drop_while`) are none: copy what they yield, or use `subset_points`.
+/// begin when asked (`filter`, `drop_while`) are none: copy what they yield, or use `subset_points`. Ranges that
+/// give random access are read from several threads at once.
 template <class R>
 concept point_range = detail::const_forward_range<R> && point<detail::element_of<R>>;
 

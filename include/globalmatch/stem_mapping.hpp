@@ -66,7 +66,8 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
 }  // namespace detail
 
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
-/// are read in two forward passes, in four where the vertical is taken from the stems and far off. No stems
+/// are read in two forward passes, in four where the vertical is taken from the stems and far off; a range
+/// that has no random access is also counted before each. No stems
 /// is an answer: the funnel then says where they were lost. Throws `std::invalid_argument` naming a bad
 /// option. Cost: linear in the points, n log n in the understory.
 template <point_range R>

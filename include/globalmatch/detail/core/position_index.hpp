@@ -85,7 +85,7 @@ class position_index {
       found.clear();
       std::size_t visited = 0;
       grid_.for_each_near({at_[i].x, at_[i].y}, radius, [&](const auto& item) {
-        ++visited;
+        if (++visited % between_polls == 0) poll_cancelled();
         const double squared = (at_[item.label] - at_[i]).squared_norm();
         if (item.label != i && squared < radius * radius) found.push_back({item.label, squared});
       });
@@ -98,12 +98,12 @@ class position_index {
 
  private:
   using grid = wrapped_grid<double, 2, stem_index>;
+  static constexpr std::size_t between_polls = 4096;  // stems
   using visitor = bool (*)(const void* visit, stem_index i, double squared_distance);
 
   /// Calls `call(visit, stem, squared_distance)` for the stems nearer than `radius`, until it returns true,
   /// and returns that. Not a template: it is called in many places.
   bool visit_within(double x, double y, double radius, const void* visit, visitor call) const {
-    constexpr std::size_t between_polls = 4096;  // stems
     std::size_t visited = 0;
     return grid_.any_near({x, y}, radius, [&](const grid::item& item) {
       if (++visited % between_polls == 0) poll_cancelled();

@@ -6,11 +6,9 @@
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <condition_variable>  // brings the clocks; <chrono> has calendars too, which take longer to compile
 #include <cstddef>
 #include <exception>
-#include <limits>
 #include <mutex>
 #include <stdexcept>
 #include <string_view>
@@ -18,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/chunk_loop.hpp"
 #include "globalmatch/detail/core/processors.hpp"
 #include "globalmatch/execution.hpp"
 
@@ -30,78 +29,6 @@ inline constexpr std::chrono::milliseconds poll_interval{50};
 /// that has hardly started 30 us, or milliseconds where other programs keep the processors busy. Looked at
 /// before each chunk and by `poll_cancelled`, so that one long chunk does not delay the others if it polls.
 inline constexpr std::chrono::microseconds alone_at_first{500};
-
-/// What the threads of one loop share: chunks to take in order, and what went wrong.
-class chunk_loop {
- public:
-  using function = void (*)(const void* work, std::size_t begin, std::size_t end);
-
-  chunk_loop(std::size_t count, std::size_t chunk, const void* work, function call)
-      : count_(count),
-        chunk_(std::max<std::size_t>(chunk, 1)),
-        chunks_(count / chunk_ + (count % chunk_ != 0)),
-        work_(work),
-        call_(call) {}
-
-  std::size_t chunks() const { return chunks_; }
-  double fraction() const { return chunks_ == 0 ? 1 : double(done_) / double(chunks_); }
-  bool has_more() const { return next_ < std::min(chunks_, limit_.load()); }
-
-  /// Whether chunk `c` has no use any more: an earlier one failed, or all are cancelled.
-  bool is_stopped(std::size_t c) const { return c >= limit_.load(std::memory_order_relaxed); }
-
-  /// Takes the next chunk and writes its number to `at`; false when there is none.
-  bool take(std::size_t& at) {
-    at = next_.fetch_add(1, std::memory_order_relaxed);
-    return at < chunks_ && !is_stopped(at);
-  }
-
-  /// Runs chunk `c`; false when it failed, or the rest is cancelled.
-  bool run(std::size_t c) {
-    std::exception_ptr error;
-    try {
-      const std::size_t begin = c * chunk_;
-      call_(work_, begin, begin + std::min(chunk_, count_ - begin));
-    } catch (...) {
-      error = std::current_exception();
-    }
-    if (error) return fail(c, std::move(error));
-    done_.fetch_add(1, std::memory_order_relaxed);
-    return !is_stopped(c);
-  }
-
-  /// Stops all chunks because the callback threw `error`, which goes before what chunks throw.
-  void interrupt(std::exception_ptr error) {
-    if (!interruption_) interruption_ = std::move(error);
-    limit_ = 0;
-  }
-
-  /// Rethrows what the callback threw, or else the earliest chunk. For the calling thread, after the others.
-  void rethrow() const {
-    if (interruption_) std::rethrow_exception(interruption_);
-    if (error_) std::rethrow_exception(error_);
-  }
-
- private:
-  bool fail(std::size_t c, std::exception_ptr error) {
-    const std::lock_guard lock(mutex_);
-    if (error_ && failed_ < c) return false;
-    std::swap(error_, error);
-    failed_ = c;
-    std::size_t limit = limit_;  // earlier chunks still run: one of them may fail as well
-    while (c + 1 < limit && !limit_.compare_exchange_weak(limit, c + 1)) continue;
-    return false;
-  }
-
-  const std::size_t count_, chunk_, chunks_;
-  const void* const work_;
-  const function call_;
-  std::atomic<std::size_t> next_ = 0, done_ = 0;
-  std::atomic<std::size_t> limit_ = std::numeric_limits<std::size_t>::max();
-  std::mutex mutex_;
-  std::exception_ptr error_, interruption_;  // the latter belongs to the calling thread
-  std::size_t failed_ = 0;
-};
 
 /// What a thread is in the middle of: a scope, a loop, a callback. The frames of a thread form a stack, which
 /// tells `poll_cancelled` whom to ask, and loops whether they may use threads.
@@ -224,7 +151,19 @@ inline void call_helpers(work_frame& frame) {
   frame.team->open(*frame.loop, std::exchange(frame.helpers, 0));
 }
 
-/// Reports progress from the calling thread. Throws `operation_cancelled`, or what the callback throws.
+/// Stops the loops of this thread that an exception of the callback of `exec` leaves: it goes before what their
+/// chunks throw.
+inline void interrupt_loops(const execution& exec, const std::exception_ptr& error) {
+  work_frame* outermost = nullptr;
+  for (work_frame* frame = work_frame::top(); frame && !frame->is_callback; frame = frame->outer)
+    if (frame->exec == &exec) outermost = frame;
+  if (!outermost) return;
+  for (work_frame* left = work_frame::top(); left != outermost->outer; left = left->outer)
+    if (left->loop) left->loop->interrupt(error);
+}
+
+/// Reports progress from the calling thread. Throws `operation_cancelled`, or what the callback throws, and
+/// interrupts the loops that this leaves.
 /// `stage` is a literal: polls repeat it until the next report.
 inline void report_progress(const execution& exec, std::string_view stage, double fraction) {
   if (!exec.on_progress) return;
@@ -233,13 +172,18 @@ inline void report_progress(const execution& exec, std::string_view stage, doubl
     frame->fraction = fraction;
     frame->asked = std::chrono::steady_clock::now();
   }
-  work_frame callback;
-  callback.serial = callback.is_callback = true;
-  if (!exec.on_progress({stage, fraction})) throw operation_cancelled();
+  try {
+    work_frame callback;
+    callback.serial = callback.is_callback = true;
+    if (!exec.on_progress({stage, fraction})) throw operation_cancelled();
+  } catch (...) {
+    interrupt_loops(exec, std::current_exception());
+    throw;
+  }
 }
 
 /// Asks the callback of the innermost frame that has one, unless it was asked within `poll_interval`; `now`:
-/// asks that of the frame on top in any case. What the callback throws interrupts the loops that it leaves.
+/// asks that of the frame on top in any case.
 inline void ask_callback(bool now = false) {
   work_frame* frame = work_frame::top();
   while (frame && !frame->is_callback && !(frame->exec && frame->exec->on_progress)) frame = frame->outer;
@@ -247,13 +191,7 @@ inline void ask_callback(bool now = false) {
   const auto time = std::chrono::steady_clock::now();
   if (!(now && frame == work_frame::top()) && time - frame->asked < poll_interval) return;
   frame->asked = time;
-  try {
-    report_progress(*frame->exec, frame->stage, frame->loop ? frame->loop->fraction() : frame->fraction);
-  } catch (...) {
-    for (work_frame* left = work_frame::top(); left != frame->outer; left = left->outer)
-      if (left->loop) left->loop->interrupt(std::current_exception());
-    throw;
-  }
+  report_progress(*frame->exec, frame->stage, frame->loop ? frame->loop->fraction() : frame->fraction);
 }
 
 /// Throws `operation_cancelled` when the work at hand is cancelled, or has no use since an earlier chunk

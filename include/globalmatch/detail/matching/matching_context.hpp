@@ -107,18 +107,23 @@ class matching_context {
   }
 
   /// Pairs transformed source stems with target stems, nearest first, one to one, within `inlier_threshold`
-  /// [m]. Only source stems nearer to `center` than `radius` [m horizontal] are looked at.
+  /// [m]; of each source stem the nearest ones are candidates, so that memory is linear where stems lie on top
+  /// of each other. Only source stems nearer to `center` than `radius` [m horizontal] are looked at.
   std::vector<correspondence> pair_stems(const rigid& target_from_source, double inlier_threshold,
                                          const vec3& center = {},
                                          double radius = std::numeric_limits<double>::infinity()) const {
-    std::vector<keyed> candidates;
+    constexpr std::size_t max_candidates = 16;  // of a stem; trees do not stand so close
+    std::vector<keyed> candidates, of_stem;
     std::size_t visited = 0;
     for_each_source_within(center, radius, [&](stem_index s) {
       poll_cancelled_at(visited++);
+      of_stem.clear();
       for_each_inlier(target_from_source * source.at[s], inlier_threshold,
                       [&](stem_index t, double distance) {
-                        candidates.push_back({key_of(distance), key_of(s, t)});
+                        of_stem.push_back({key_of(distance), key_of(s, t)});
                       });
+      if (of_stem.size() > max_candidates) keep_first(of_stem, max_candidates);
+      candidates.insert(candidates.end(), of_stem.begin(), of_stem.end());
     });
     sort_keyed(candidates);
     return take_one_to_one(candidates);
