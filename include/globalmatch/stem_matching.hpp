@@ -260,13 +260,10 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   return result;
 }
 
-/// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions in
-/// the internal representation, but throws `operation_cancelled`. The larger map is indexed, the smaller one
+/// Matches sets of positions by one way of measuring distances: the larger one is indexed, the smaller one
 /// queries.
-inline matching match_positions(position_set source, position_set target,
-                                const matching_options& options = {}, const execution& exec = {}) {
-  require_valid(options);
-  const parallel_scope scope(exec, "matching");
+inline matching match_once(position_set source, position_set target, const matching_options& options,
+                           const execution& exec) {
   if (options.proposal == proposal::algorithm_1)
     return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
   const bool horizontal_distances = options.dof != degrees_of_freedom::six,
@@ -274,6 +271,25 @@ inline matching match_positions(position_set source, position_set target,
   if (swapped) std::swap(source, target);
   const prepared_stems prepared = prepare_stems(std::move(target), horizontal_distances, exec, source.size());
   return match_prepared(source, prepared, options, exec, swapped);
+}
+
+/// Matches sets of positions whose frames may be levelled by different ups; `match_stems` for positions in
+/// the internal representation, but throws `operation_cancelled`. Where nothing is significant in plan the
+/// scans may be rotated by so much that only distances in space match; as these are further tests, twice the
+/// evidence is asked for.
+inline matching match_positions(position_set source, position_set target,
+                                const matching_options& options = {}, const execution& exec = {}) {
+  require_valid(options);
+  const parallel_scope scope(exec, "matching");
+  const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
+  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
+  matching in_plan = match_once(source, target, options, exec);
+  if (in_plan.outcome != outcome::not_registered) return in_plan;
+  matching_options rotating = options;
+  rotating.dof = degrees_of_freedom::six;
+  rotating.decision.max_nfa /= 2;
+  matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
+  return in_space.outcome == outcome::registered ? in_space : in_plan;
 }
 
 }  // namespace detail

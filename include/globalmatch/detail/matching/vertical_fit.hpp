@@ -188,8 +188,13 @@ class vertical_decision {
 
  private:
   /// Logarithm of the likelihood ratio from which on two more parameters are beyond doubt: that of the
-  /// Bayesian information criterion (Schwarz 1978), and a factor of a hundred.
-  double required_gain() const { return std::log(100 * double(observations_.size())); }
+  /// Bayesian information criterion (Schwarz 1978), and a factor of a hundred; more for few pairs, which fit
+  /// any plane well.
+  double required_gain() const {
+    constexpr double unknowns = 5;  // three, and two of the scale
+    const auto count = double(observations_.size());
+    return std::log(100 * count) * count / std::max(1.0, count - unknowns);
+  }
 
   t_estimate heights(const rigid& transform, bool tilts) const {
     return estimate_small_transform({observations_.heights(transform, center_, tilts)});
@@ -250,6 +255,22 @@ inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_contex
   return result;
 }
 
+/// The hypothesis rotated, where positions in plan or axes ask for it beyond doubt, or where it pairs so many
+/// more stems that the rotation is large: of the stems around the center only those still fit in plan.
+inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotated(
+    const vertical_decision& decision, const local_hypothesis& h, const matching_context& context) {
+  constexpr double more_pairs = 1.2;
+  const std::optional<vec3> turn = decision.rotation();
+  if (!turn && !decision.is_sloping()) return std::nullopt;
+  local_hypothesis rotated = h;
+  rotated.target_from_source =
+      turned(h.target_from_source, turn.value_or(vertical_decision::turn_of(decision.sloped())), decision.center());
+  local_vertical_fit fit = fit_rotated(rotated, context);
+  const auto pairs = double(rotated.correspondences.size());
+  if (!turn && pairs < more_pairs * double(h.correspondences.size())) return std::nullopt;
+  return std::pair(std::move(rotated), std::move(fit));
+}
+
 /// What the 6-DoF fit of a hypothesis says of its height.
 inline local_vertical_fit fit_of_rotated(const local_hypothesis& h, const matching_context& context) {
   local_vertical_fit result;
@@ -283,9 +304,9 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
   result.fit.reason = describe_missing_heights(context, ignores_heights);
   if (!result.fit.reason.empty()) return result;
   if (may_rotate && h.correspondences.size() >= min_robust_pairs)
-    if (const auto turn = decision.rotation()) {
-      h.target_from_source = turned(h.target_from_source, *turn, decision.center());
-      return fit_rotated(h, context);
+    if (auto rotated = try_rotated(decision, h, context)) {
+      h = std::move(rotated->first);
+      return std::move(rotated->second);
     }
   if (decision.scatter() > max_scatter) {
     result.fit.reason = "the heights of the paired stems scatter by more than a metre: not all of them are heights "
