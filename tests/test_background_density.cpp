@@ -1,11 +1,20 @@
 #include "globalmatch/detail/matching/background_density.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -122,6 +131,30 @@ TEST_CASE("in maps of fewer than three stems everything is met") {
 TEST_CASE("stems at one place are met for certain") {
   const background_density pile = background_of(positions(10, Eigen::Vector3d(1, 2, 3)));
   CHECK(pile.inlier_probability(0.05) == 1);
+}
+
+TEST_CASE("the background density is that of the sixth neighbour of each stem") {
+  random_source random(112);
+  const position_set stems = uneven_stems(150, random);
+  const background_density density(stems, std::make_shared<position_index>(stems));
+  std::vector<double> densities;
+  for (std::size_t i = 0; i < stems.size(); ++i) {
+    std::vector<double> squares;
+    for (std::size_t j = 0; j < stems.size(); ++j)
+      if (j != i) squares.push_back((stems.at[i] - stems.at[j]).xy().squared_norm());
+    std::sort(squares.begin(), squares.end());
+    densities.push_back(5 / (std::numbers::pi * squares[5]));
+  }
+  for (const double threshold : {0.1, 0.5, 2.0}) {
+    double mean = 0;
+    for (const double d : densities)
+      mean += (1 - std::exp(-d * std::numbers::pi * threshold * threshold)) / double(densities.size());
+    CHECK(density.poisson_inlier_probability(threshold) == Approx(mean));
+  }
+  std::sort(densities.begin(), densities.end());
+  const double middle = (densities[74] + densities[75]) / 2;
+  CHECK(density.stem_radius() == Approx(1 / std::sqrt(std::numbers::pi * middle)));
+  CHECK(density.extent() == Approx(std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / 0.8));
 }
 
 }  // namespace globalmatch

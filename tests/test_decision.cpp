@@ -1,15 +1,25 @@
 #include "globalmatch/detail/matching/decision.hpp"
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::four_dof;
+using scenes::pairing_all;
+using scenes::some_transform;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -231,6 +241,64 @@ TEST_CASE("decision options that make no sense are named") {
     CHECK_THROWS_WITH(require_valid(decision_options{.alternative_share = bad}),
                       Catch::Contains("decision.alternative_share"));
   }
+}
+
+TEST_CASE("the tilt that is certain is the fitted slope less three of its deviations") {
+  random_source random(114);
+  const position_set source = uneven_stems(25, random);
+  position_set target = transformed_stems(some_transform(), source);
+  for (vec3& p : target.at) p.z += 0.12 * p.x - 0.05 * p.y + 3 + 0.15 * random.normal();
+  const matching_context maps(source, target, false, four_dof, 100);
+  const local_hypothesis h = pairing_all(25, some_transform());
+  Eigen::MatrixXd rows(25, 3);
+  Eigen::VectorXd offsets(25);
+  for (int i = 0; i < 25; ++i) {
+    const vec3& t = target.at[std::size_t(i)];
+    rows.row(i) << 1, t.x - 300, t.y + 80;
+    offsets[i] = t.z - (some_transform() * source.at[std::size_t(i)]).z;
+  }
+  const Eigen::Vector3d plane = rows.colPivHouseholderQr().solve(offsets);
+  const double variance = (rows * plane - offsets).squaredNorm() / (25 - 3 - 2);
+  const Eigen::Matrix3d inverse = (rows.transpose() * rows).inverse();
+  const Eigen::Vector2d slope = plane.tail<2>(), direction = slope.normalized();
+  const double doubt = std::sqrt(variance * direction.dot(inverse.bottomRightCorner<2, 2>() * direction));
+  REQUIRE(slope.norm() > 4 * doubt);
+  CHECK(certain_tilt(h, maps) == Approx(std::atan(slope.norm() - 3 * doubt)).epsilon(1e-6));
+}
+
+TEST_CASE("the standard deviation across a line of stems is the smallest in any direction") {
+  random_source random(115);
+  position_set source = uneven_stems(40, random);
+  for (vec3& p : source.at) p.y += 0.7 * p.x;
+  const double sigma = minor_axis_sigma(pairing_all(40, rigid::identity()), source);
+  double smallest = 1e9;
+  for (int k = 0; k < 3600; ++k) {
+    const double angle = k * std::numbers::pi / 3600, x = std::cos(angle), y = std::sin(angle);
+    double sum = 0, squares = 0;
+    for (const vec3& p : source.at) {
+      const double across = (p.x - 300) * x + (p.y + 80) * y;
+      sum += across / 40;
+      squares += across * across / 40;
+    }
+    smallest = std::min(smallest, std::sqrt(squares - sum * sum));
+  }
+  CHECK(sigma == Approx(smallest).epsilon(1e-4));
+}
+
+TEST_CASE("the lead of a hypothesis is what the next one's NFA is above its own, between 0 and 8") {
+  const auto of = [](std::vector<double> log10_nfas) {
+    std::vector<local_hypothesis> all;
+    for (const double nfa : log10_nfas) {
+      all.emplace_back();
+      all.back().log10_nfa = nfa;
+    }
+    return features_of(all);
+  };
+  CHECK(of({-5, -3.5}).lead == Approx(1.5));
+  CHECK(of({-5, 9}).lead == 8);
+  CHECK(of({-5}).lead == 8);
+  CHECK(of({-30, -29}).log10_nfa == -12);
+  CHECK(of({-5, -3.5}).log10_nfa == -5);
 }
 
 }  // namespace globalmatch

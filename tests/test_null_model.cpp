@@ -1,15 +1,23 @@
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/score_hypothesis.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::four_dof;
+using scenes::six_dof;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -139,6 +147,55 @@ TEST_CASE("chance explains everything in maps of fewer than three stems") {
     const auto residuals = null.residuals_under(rigid{}, 0.05, 0.05);
     CHECK(null.log10_nfa(residuals, 0.05) >= 0);
   }
+}
+
+TEST_CASE("the tests of the NFA are two source stems and target stems as far apart, at each threshold") {
+  random_source random(101);
+  const position_set source = uneven_stems(50, random), target = uneven_stems(300, random);
+  for (const auto dof : {four_dof, six_dof}) {
+    const matching_context maps(source, target, dof == four_dof, dof);
+    const background_density density(target, maps.target_index);
+    const std::vector<double> thresholds = {0.05, 0.1, 0.2};
+    const null_model null(maps, thresholds);
+    const double apart = std::min(extent(source), density.extent()) / 2, radius = density.stem_radius();
+    const double as_far = 4 * apart * 0.1 / (radius * radius);
+    REQUIRE(as_far < 300);
+    const double by_two = 300 * as_far * 50.0 * 50.0 / 2;
+    const double tests = 3 * (dof == four_dof ? by_two : by_two * 50 * as_far);
+    CHECK(null.log10_nfa({}, 0.1) == Approx(std::log10(tests)));
+  }
+}
+
+TEST_CASE("the probability of being as near grows with the area between two thresholds") {
+  random_source random(102);
+  const position_set target = uneven_stems(200, random);
+  const position_set source = transformed_stems({mat3::identity(), {0.22, 0, 3}}, target);
+  const matching_context maps(source, target, true, four_dof);
+  const std::vector<double> thresholds = {0.1, 0.3};
+  const null_model null(maps, thresholds);
+  const auto set = null.residuals_under(rigid::identity(), 0.3, 0.3);
+  REQUIRE(set.residuals.size() > 150);
+  const double low = null.inlier_probability(0.1), high = null.inlier_probability(0.3);
+  double sum = 0;
+  for (std::size_t i = 0; i < set.residuals.size(); ++i) {
+    const double squared = set.residuals[i] * set.residuals[i];
+    sum += squared < 0.01 ? low * squared / 0.01 : low + (high - low) * (squared - 0.01) / 0.08;
+    CHECK(set.cumulative_probability[i] == Approx(sum));
+  }
+}
+
+TEST_CASE("stems of other heights than most are no inliers, and the median of the rest is the offset") {
+  random_source random(103);
+  const position_set source = uneven_stems(41, random);
+  position_set target = transformed_stems({mat3::identity(), {0.01, 0.02, 6}}, source);
+  for (std::size_t i = 0; i < 41; ++i) target.at[i].z += i < 5 ? 2.5 : i < 10 ? -2.5 : 0.02 * double(i % 7);
+  const matching_context maps(source, target, false, four_dof, 1);
+  const auto set = null_model(maps).residuals_under(rigid::identity(), 0.1, 0.05);
+  CHECK(set.residuals.size() == 31);
+  std::vector<double> offsets;
+  for (std::size_t i = 0; i < 41; ++i) offsets.push_back(target.at[i].z - source.at[i].z);
+  std::sort(offsets.begin(), offsets.end());
+  CHECK(set.vertical_offset == Approx(offsets[20]));
 }
 
 }  // namespace globalmatch

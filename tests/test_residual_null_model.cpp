@@ -185,4 +185,40 @@ TEST_CASE("some of many residuals are enough to learn from") {
   CHECK(null_model.log_probability(times(0.5, drawn(500, 0, random)), 0) < -50);
 }
 
+TEST_CASE("residuals count by the logarithm of the share of known ones that are larger") {
+  std::vector<std::vector<float>> known(1);
+  for (int i = 0; i < 2000; ++i) known[0].push_back(float((i * 769 % 2000) + 1));
+  const residual_null_model model(known);
+  std::vector<float> asked;
+  double surprisal = 0;
+  for (int i = 0; i < 20; ++i) {
+    asked.push_back(float(20 * i + 10));
+    surprisal += -std::log(1 - (20.0 * i + 10) / 2001);
+  }
+  for (const double fitted : {0.0, 1.5})
+    CHECK(model.log_probability(asked, fitted) ==
+          Approx(log_gamma_tail(surprisal, 20 - fitted)).epsilon(0.01));
+}
+
+TEST_CASE("residuals that go together in the known transforms make a good fit less improbable") {
+  random_source random(113);
+  std::vector<std::vector<float>> known;
+  std::vector<double> factors;
+  for (int i = 0; i < 200; ++i) {
+    const double scale = std::exp(0.5 * random.normal());
+    known.emplace_back();
+    for (int k = 0; k < 40; ++k) known.back().push_back(float(-scale * std::log(1 - random.uniform())));
+  }
+  const residual_null_model model(known);
+  int improbable = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double scale = std::exp(0.5 * random.normal());
+    std::vector<float> residuals;
+    for (int k = 0; k < 40; ++k) residuals.push_back(float(-scale * std::log(1 - random.uniform())));
+    improbable += model.log_probability(residuals, 0) < std::log(0.05);
+  }
+  CHECK(improbable > 0.02 * 2000);
+  CHECK(improbable < 0.09 * 2000);
+}
+
 }  // namespace globalmatch

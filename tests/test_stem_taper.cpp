@@ -1,13 +1,23 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_taper.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "leaning_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::all_of;
+using scenes::as_local_points;
+using scenes::ground_of;
+using scenes::points_on;
 
 using Eigen::Vector3d;
 using scenes::sloped_terrain;
@@ -123,6 +133,44 @@ TEST_CASE("stems are refitted to the same bits by any number of threads") {
     CHECK(one[i].cylinder.point == four[i].cylinder.point);
     CHECK(one[i].covariance.numbers == four[i].covariance.numbers);
   }
+}
+
+TEST_CASE("the root flare ends so high above the ground where the stem stands, not above zero") {
+  random_source random(6);
+  const terrain ground = ground_of([](double x, double) { return 30 + 0.1 * x; }, 0, 0, 0);
+  stem_cylinder stem;
+  stem.cylinder = {{8.2, 11.4, 32}, vec3{0.1, 0.05, 1}.normalized(), 0.2, 0.01};
+  const auto points = points_on(stem.cylinder, 500, -1.3, 1.5, 3, random);
+  stem.support = all_of(points.size());
+  const auto base = intersect_terrain(stem.cylinder, ground);
+  REQUIRE(base);
+  CHECK(base->z == Approx(30 + 0.1 * base->x).margin(1e-4));
+  const auto above = above_root_flare(stem, as_local_points(points), ground);
+  CHECK(above.size() == std::size_t(std::count_if(points.begin(), points.end(),
+                                                  [&](const vec3& p) { return p.z > base->z + 0.4; })));
+  CHECK(above.size() < points.size() - 20);
+}
+
+TEST_CASE("the common taper is that of the best seen stems, as a share of their radius") {
+  random_source random(7);
+  const terrain ground = ground_of([](double, double y) { return 5 + 0.05 * y; }, 0, 0, 0);
+  std::vector<vec3> points;
+  std::vector<stem_cylinder> stems;
+  for (int i = 0; i < 60; ++i) {
+    const bool best = i % 4 == 1;
+    stem_cylinder stem;
+    const double radius = 0.1 + 0.004 * i;
+    stem.cylinder = {
+        {1.5 + 2 * (i % 9), 1.2 + 2 * (i / 9), 7}, {0, 0, 1}, radius, (best ? 0.05 : 0.005) * radius};
+    for (const vec3& p : points_on(stem.cylinder, best ? 300 : 150, -1, 2, 5, random)) {
+      stem.support.push_back(point_index(points.size()));
+      points.push_back(p);
+    }
+    stems.push_back(stem);
+  }
+  const auto taper = common_taper(stems, as_local_points(points), ground, 0.03, {.usual_taper = 0.005});
+  REQUIRE(taper);
+  CHECK(*taper == Approx(0.05).epsilon(0.1));
 }
 
 }  // namespace globalmatch
