@@ -24,6 +24,7 @@ using scenes::leaning_cylinder;
 using scenes::on_surface;
 using scenes::oriented_points;
 using scenes::points_on;
+using scenes::seen_surface;
 using scenes::upright;
 
 namespace {

@@ -243,8 +243,8 @@ TEST_CASE("the common direction is the one that the squares of the normals are l
 TEST_CASE("the cost of a surface is cut off at the tolerance, and doubled inside") {
   const cylinder c = upright(2, -1, 0, 0.3);
   const auto at = [&](double from_axis) { return vec3{2 + from_axis, -1, 4}; };
-  constexpr double tolerance = 0.02, all = std::numeric_limits<double>::infinity();
-  const auto cost = [&](std::vector<vec3> points, double enough = all) {
+  constexpr double tolerance = 0.02;
+  const auto cost = [&](std::vector<vec3> points, double enough = 1e9) {
     return surface_cost(c, points, tolerance, enough);
   };
   CHECK(cost({}) == 0);

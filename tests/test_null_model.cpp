@@ -105,25 +105,6 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
   CHECK(alarms == 0);
 }
 
-TEST_CASE("scoring finds the threshold of the noise") {
-  for (const double sigma : {0.01, 0.03, 0.1}) {
-    random_source random(5);
-    const positions stems = scenes::random_stems(random, 150, 40, 40);
-    const position_set source = scenes::set_in_order(stems);
-    const position_set target = scenes::set_in_order(scenes::noisy(stems, sigma, random));
-    const matching_context maps(source, target, true, four);
-    local_hypothesis h;
-    const std::vector<double> thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
-    score_hypothesis(h, maps, null_model(maps), thresholds);
-    CAPTURE(sigma);
-    CHECK(h.inlier_threshold > 1.5 * sigma);
-    CHECK(h.inlier_threshold < 6 * sigma);
-    CHECK(h.log10_nfa < -50);
-    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
-    CHECK(h.rms < h.inlier_threshold);
-  }
-}
-
 TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
   const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
   for (const bool horizontal : {true, false}) {
