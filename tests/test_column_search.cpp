@@ -92,7 +92,7 @@ TEST_CASE("points beside a column neither pull its line nor fill its height, and
   for (const double z : {-0.5, 1.2})
     CHECK((both.first.at_height(z) - alone.first.at_height(z)).norm() < 0.01);
   CHECK(both.second == alone.second);
-  const auto limited = follow_column(along({{2, 3}, {0.3, 0.4}, 1}, 0.8, 1.2, 0.002, random), {2, 3}, 0.1);
+  const auto limited = follow_column(along({{2, 3}, {0.3, 0.4}, 1}, 0.75, 1.25, 0.002, random), {2, 3}, 0.1);
   CHECK(limited.first.slope.norm() == Approx(0.1));
   CHECK(limited.first.slope.y > limited.first.slope.x);
 }

@@ -60,7 +60,7 @@ decision score_counts(const std::vector<std::size_t>& counts) {
 
 }  // namespace
 
-TEST_CASE("four paired stems are enough without a rival, three are not") {
+TEST_CASE("four paired stems are enough without an alternative, three are not") {
   CHECK(score_counts({4}).outcome == outcome::registered);
   CHECK(score_counts({3}).outcome == outcome::not_registered);
   CHECK(score_counts({}).outcome == outcome::not_registered);
@@ -86,7 +86,7 @@ TEST_CASE("a map of fewer stems than needed is named") {
   CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
 }
 
-TEST_CASE("what chance explains is not registered, and the reason says so") {
+TEST_CASE("what is not significant is not registered, and the reason says so") {
   const position_set stems = scattered(40);
   const auto decided = [&](double log10_nfa, const decision_options& options = {}) {
     return decision_on(std::vector{pairing(10, log10_nfa)}, stems, stems, options);
@@ -98,7 +98,7 @@ TEST_CASE("what chance explains is not registered, and the reason says so") {
   CHECK(decided(-2.99, {.max_nfa = 0.01}).outcome == outcome::registered);
 }
 
-TEST_CASE("a rival that explains the stems half as well or better makes the best ambiguous") {
+TEST_CASE("an alternative that explains the stems half as well or better makes the best ambiguous") {
   const position_set stems = scattered(40);
   const auto decided = [&](double best, double alternative) {
     return decision_on(std::vector{pairing(20, best), pairing(15, alternative), pairing(15, alternative)},
@@ -136,7 +136,7 @@ TEST_CASE("stems in a line do not make a registration, however many") {
         outcome::registered);
 }
 
-TEST_CASE("the spread is the standard deviation across the line, in plan") {
+TEST_CASE("the minor axis sigma is the horizontal standard deviation across the line") {
   const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
   CHECK(detail::minor_axis_sigma(pairing(4), stems) == Approx(1));
   const auto outcome_at = [&](double min_minor_axis_sigma) {
@@ -178,7 +178,7 @@ auto sloping(double degrees, double noise) {
 
 }  // namespace
 
-TEST_CASE("heights that slope tell of scans that were not levelled alike, and noise in heights does not") {
+TEST_CASE("heights that slope show that scans were not levelled alike, and noise in heights does not") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     CHECK(score_raised(20, seed, sloping(0, 0.1)).outcome == outcome::registered);

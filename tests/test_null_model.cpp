@@ -27,7 +27,7 @@ using scenes::four;
 
 }  // namespace
 
-TEST_CASE("the chance of meeting is that of the target's stand, or of rows that are known besides") {
+TEST_CASE("the inlier probability is that of the target, or of rows that are known besides") {
   random_source random(1);
   const position_set source = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
   const position_set target = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
@@ -46,7 +46,7 @@ TEST_CASE("the chance of meeting is that of the target's stand, or of rows that 
   CHECK(null.inlier_probability(0.2) == of_rows.lattice_inlier_probability(0.2));
 }
 
-TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever was added to its heights") {
+TEST_CASE("a map registered to itself pairs all its stems, or a sample, whatever was added to its heights") {
   for (const std::size_t count : {50u, 20000u}) {
     CAPTURE(count);
     random_source random(2);
@@ -66,7 +66,7 @@ TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever wa
 }
 
 TEST_CASE(
-    "chance explains what a wrong motion makes of many stems around a place, but not what a right one does") {
+    "the null model explains what a wrong transform pairs around a place, but not what a right one does") {
   random_source random(3);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
   const matching_context maps(stems, stems, true, four);
@@ -79,7 +79,7 @@ TEST_CASE(
   CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
 }
 
-TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thousand would take") {
+TEST_CASE("unrelated maps rarely pair as many stems as an NFA of a thousandth takes") {
   int alarms = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     random_source random(seed);
@@ -105,7 +105,7 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
   CHECK(alarms == 0);
 }
 
-TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
+TEST_CASE("residuals of zero are improbable, not impossible, so that copies of a map can be compared") {
   const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
   for (const bool horizontal : {true, false}) {
     const matching_context maps(stems, stems, horizontal, four);
@@ -118,7 +118,7 @@ TEST_CASE("stems that meet exactly are improbable, not impossible, so that copie
   }
 }
 
-TEST_CASE("chance explains everything in maps of fewer than three stems") {
+TEST_CASE("nothing is significant in maps of fewer than three stems") {
   random_source random(1);
   for (const std::size_t count : {0u, 1u, 2u}) {
     const position_set few = scenes::set_in_order(scenes::random_stems(random, count, 10, 10));

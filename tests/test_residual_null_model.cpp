@@ -36,7 +36,8 @@ std::vector<float> times(double factor, std::vector<float> residuals) {
 
 }  // namespace
 
-TEST_CASE("by chance a fit is as improbable as is told, or less, also where all pairs fit or miss together") {
+TEST_CASE(
+    "under the null model a fit is as improbable as is said, or less, also where all pairs go together") {
   for (const double together : {0.0, 0.3, 1.0, 2.0})
     for (const std::size_t pairs : {12u, 30u, 100u}) {
       CAPTURE(together, pairs);
@@ -57,7 +58,7 @@ TEST_CASE("by chance a fit is as improbable as is told, or less, also where all 
     }
 }
 
-TEST_CASE("the number of pairs need not be that of the motions that were learned from") {
+TEST_CASE("the number of pairs need not be that of the transforms that were learned from") {
   int all = 0, in_hundred = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     random_source random(seed);
@@ -70,7 +71,7 @@ TEST_CASE("the number of pairs need not be that of the motions that were learned
   CHECK(in_hundred < 0.02 * all);
 }
 
-TEST_CASE("pairs that fit several times better than others are told, the more of them the surer") {
+TEST_CASE("pairs that fit several times better than others are significant, the more of them the surer") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
   double before = 0;
@@ -81,7 +82,7 @@ TEST_CASE("pairs that fit several times better than others are told, the more of
   }
 }
 
-TEST_CASE("pairs that fit as well as others or worse are told by nothing") {
+TEST_CASE("pairs that fit as well as others or worse are not significant") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
   CHECK(null_model.log_probability(times(2, drawn(50, 0, random)), 0) == 0);
@@ -97,7 +98,7 @@ TEST_CASE("where pairs go together a good fit of all of them is less improbable"
   CHECK(together.log_probability(good, 0) < -1);
 }
 
-TEST_CASE("what a fit took of the scatter makes a good fit less improbable") {
+TEST_CASE("the noise that a fit took away makes a good fit less improbable") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 20, 0, random));
   const auto good = times(0.5, drawn(20, 0, random));
@@ -119,7 +120,7 @@ TEST_CASE("residuals in other units are worth the same, bit for bit") {
   }
 }
 
-TEST_CASE("the order of the pairs and of the motions does not count") {
+TEST_CASE("the order of the pairs and of the transforms does not count") {
   random_source random(1);
   transforms known = drawn_transforms(50, 20, 0.3, random);
   auto residuals = times(0.5, drawn(20, 0, random));
@@ -130,7 +131,7 @@ TEST_CASE("the order of the pairs and of the motions does not count") {
   CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(told));
 }
 
-TEST_CASE("fewer than a dozen pairs are told by nothing, and nothing is learned from them") {
+TEST_CASE("fewer than a dozen pairs are not significant, and nothing is learned from them") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 12, 0, random));
   REQUIRE(null_model.is_known());
@@ -142,7 +143,7 @@ TEST_CASE("fewer than a dozen pairs are told by nothing, and nothing is learned 
   CHECK(of_few.log_probability(std::vector<float>(12, 0), 0) == 0);
 }
 
-TEST_CASE("where there is nothing to learn from chance is not known") {
+TEST_CASE("where there is nothing to learn from the null model is not known") {
   CHECK_FALSE(residual_null_model().is_known());
   CHECK_FALSE(residual_null_model(transforms{}).is_known());
   CHECK_FALSE(residual_null_model(transforms(20)).is_known());
@@ -150,7 +151,7 @@ TEST_CASE("where there is nothing to learn from chance is not known") {
   CHECK(residual_null_model(transforms(20)).log_probability(std::vector<float>(12, 0), 0) == 0);
 }
 
-TEST_CASE("residuals that are all equal tell nothing, though smaller ones do") {
+TEST_CASE("residuals that are all equal are not significant, though smaller ones are") {
   for (const float size : {0.f, 0.25f}) {
     const residual_null_model null_model(transforms(30, std::vector<float>(40, size)));
     REQUIRE(null_model.is_known());

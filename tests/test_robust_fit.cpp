@@ -118,7 +118,7 @@ TEST_CASE("stems that are known to be uncertain move the fit less, whichever map
   }
 }
 
-TEST_CASE("a robust fit stands: its pairs are those of its motion, and its rms theirs") {
+TEST_CASE("a robust fit is consistent: its pairs are those of its transform, and its rms theirs") {
   random_source random(4);
   for (int iteration = 0; iteration < 20; ++iteration) {
     const scene s = noisy_scene(random, 25, [](std::size_t i) { return i % 5 == 0 ? 0.15 : 0.02; });
@@ -166,7 +166,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
   }
 }
 
-TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as they are") {
+TEST_CASE("a robust fit of too few pairs to estimate their noise leaves them as they are") {
   random_source random(6);
   const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });
   const matching_context maps(s.source, s.target, false, four);
@@ -178,7 +178,7 @@ TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as th
   CHECK(h.correspondences == given.correspondences);
 }
 
-TEST_CASE("pairs are completed as far as their scatter reaches, and no farther") {
+TEST_CASE("pairs are completed as far as their noise goes, and no farther") {
   random_source random(9);
   const scene s = noisy_scene(random, 200, [](std::size_t) { return 0.02; });
   const matching_context maps(s.source, s.target, false, four);

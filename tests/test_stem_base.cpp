@@ -63,7 +63,8 @@ terrain with_ground(const scenes::slope& plane, double step, const Sees& sees) {
 }  // namespace
 
 TEST_CASE(
-    "the ground at a stem is that of the slope around it, whatever its foot and the shrubs beside it lift") {
+    "the ground at a stem is that of the slope around it, whatever its root flare and the shrubs beside it "
+    "lift") {
   const scenes::slope plane{20, 40};
   terrain ground = with_ground(plane, 0.25, [](double, double) { return true; });
   const double truth = plane(10, 10);
@@ -96,7 +97,7 @@ TEST_CASE(
   CHECK_FALSE(ground_at(sloped_terrain(plane), 10, 10, 0.1));
 }
 
-TEST_CASE("an axis that meets the ground beyond the terrain has no foot there") {
+TEST_CASE("an axis that meets the ground beyond the terrain has no stem base there") {
   const terrain ground = sloped_terrain({});
   CHECK_FALSE(intersect_terrain(upright(-0.1, 5, 1, 0.1), ground));
   CHECK_FALSE(intersect_terrain(upright(5, 1e9, 1, 0.1), ground));

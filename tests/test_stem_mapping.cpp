@@ -319,7 +319,7 @@ TEST_CASE("outliers and points that are not finite do not change the stems found
     }
 }
 
-TEST_CASE("a scan without stems has an empty map and a funnel that tells where they were lost") {
+TEST_CASE("a scan without stems has an empty map and a funnel that says where they were lost") {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   random_source random(13);
   scenes::cloud line, wall;

@@ -181,7 +181,7 @@ TEST_CASE("axes of stems are turned into the frame of the scan") {
   CHECK((from_eigen(stems[0].position) - ground.frame.to_scan({10, 10, 0})).norm() < 1e-12);
 }
 
-TEST_CASE("a stem tells whether the ground was seen where it stands") {
+TEST_CASE("a stem says whether the ground was seen where it stands") {
   terrain ground = sloped_terrain({});
   ground.has_data[ground.node(20, 20)] = 0;
   const auto stems = locate_stems(

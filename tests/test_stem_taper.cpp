@@ -72,7 +72,7 @@ struct tapered_stand {
 
 }  // namespace
 
-TEST_CASE("the common taper is that of the stems with most support, and is told by ten of them only") {
+TEST_CASE("the common taper is that of the stems with most support, and is estimated from ten of them only") {
   tapered_stand stand(15, 25, 0, 0.02);
   std::reverse(stand.found.begin(), stand.found.end());  // the others come first
   const auto taper_of = [&](const std::vector<stem_cylinder>& stems) {
@@ -104,7 +104,7 @@ TEST_CASE("the root flare does not move a stem") {
   CHECK(stand.error_of(refitted, 0) < 0.001);
 }
 
-TEST_CASE("cylinders proper, stems off the terrain and stems seen at their foot only stay as they are") {
+TEST_CASE("cylinders proper, stems off the terrain and stems seen at their base only stay as they are") {
   const tapered_stand stand(1, 1, 0);
   const auto is_same = [&](const std::vector<stem_cylinder>& stems) {
     for (std::size_t i = 0; i < stems.size(); ++i)

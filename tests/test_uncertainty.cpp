@@ -118,7 +118,7 @@ TEST_CASE("stems that are known to be certain count for more") {
   CHECK(told->expected_error({0, 0, 0}) != Approx(alike));
 }
 
-TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
+TEST_CASE("three pairs determine no uncertainty, and horizontal maps none of height") {
   random_source random(6);
   const noisy_match three(3, four, 0.05, random);
   CHECK(!reported_uncertainty(three));
@@ -130,7 +130,7 @@ TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
   CHECK(u->covariance(0, 0) > 0);
 }
 
-TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
+TEST_CASE("in the caller's frame the uncertainty is that of the same transform") {
   random_source random(7);
   for (const degrees_of_freedom dof : {four, six}) {
     noisy_match match(12, dof, 0.05, random);

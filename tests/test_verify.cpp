@@ -41,7 +41,9 @@ void require_sound(const local_hypothesis& h, const matching_context& maps, doub
 
 }  // namespace
 
-TEST_CASE("verify pairs all stems of the overlap from three correspondences, and its pairs stand") {
+TEST_CASE(
+    "verify pairs all stems of the overlap from three correspondences, and its pairs are those of its "
+    "transform") {
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);

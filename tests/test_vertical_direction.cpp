@@ -63,12 +63,12 @@ TEST_CASE("a fifth of stems that lean with each other do not turn the direction 
   CHECK(angle_between(upright->up, Vector3d{0, 0, 1}) < 0.6 * degree);
 }
 
-TEST_CASE("fewer than ten stems tell no direction") {
+TEST_CASE("fewer than ten stems determine no direction") {
   CHECK_FALSE(upright_of({}));
   CHECK_FALSE(upright_of(std::vector<Vector3d>(9, Vector3d{0, 0, 1})));
 }
 
-TEST_CASE("stems are askew when they are off by more than chance and wind explain") {
+TEST_CASE("stems are tilted when they are off by more than noise and wind explain") {
   const Vector3d up = Vector3d{0, 0, 1};
   CHECK_FALSE(is_tilted(upright_direction{up.as<Eigen::Vector3d>(), 0.1 * degree}, up));
   CHECK_FALSE(is_tilted(upright_direction{tilted(3.9 * degree).as<Eigen::Vector3d>(), 0.1 * degree}, up));
