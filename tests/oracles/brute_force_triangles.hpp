@@ -22,7 +22,8 @@ inline std::set<std::array<stem_index, 3>> brute_force_triplets(const position_s
     for (stem_index j = 0; j < stems.size(); ++j) {
       const detail::vec3 d = stems.at[j] - stems.at[i];
       const double horizontal_distances = d.x * d.x + d.y * d.y;
-      if (j != i) others.push_back({horizontal ? horizontal_distances : horizontal_distances + d.z * d.z, j});
+      if (j != i)
+        others.push_back({horizontal ? horizontal_distances : horizontal_distances + d.z * d.z, j});
     }
     std::sort(others.begin(), others.end());
     others.resize(std::min(others.size(), neighbors));
