@@ -115,10 +115,10 @@ TEST_CASE("the uncertainties of an axis and a radius are the standard deviations
     const Eigen::Vector2d error =
         to_eigen((found->at_height(found->point.z) - truth.at_height(found->point.z)).xy());
     covariance += error * error.transpose() / repetitions;
-    const small_matrix told = cylinder_covariance(*found, points, noise);
-    predicted += axis_uncertainty(told) / repetitions;
+    const small_matrix estimated = cylinder_covariance(*found, points, noise);
+    predicted += axis_uncertainty(estimated) / repetitions;
     squares += std::pow(found->radius - truth.radius, 2) / repetitions;
-    radius_predicted += radius_uncertainty(told) / repetitions;
+    radius_predicted += radius_uncertainty(estimated) / repetitions;
   }
   const double half = (covariance(0, 0) - covariance(1, 1)) / 2;
   const double largest = covariance.trace() / 2 + std::hypot(half, covariance(0, 1));

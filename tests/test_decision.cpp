@@ -25,7 +25,7 @@ using scenes::positions;
 
 namespace {
 
-/// One that chance does not explain, unless told.
+/// One that is significant, unless its NFA is given.
 local_hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
   local_hypothesis h;
   h.log10_nfa = log10_nfa;
@@ -191,7 +191,7 @@ TEST_CASE("heights that slope show that scans were not levelled alike, and noise
     CHECK(score_raised(20, seed, sloping(3, 0.05), true).outcome == outcome::registered);
     CHECK(score_raised(20, seed, sloping(3, 0.05), false, degrees_of_freedom::six).outcome ==
           outcome::registered);
-    CHECK(score_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to tell
+    CHECK(score_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to say
   }
 }
 

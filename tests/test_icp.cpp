@@ -21,7 +21,7 @@ namespace {
 using scenes::four;
 using scenes::six;
 
-/// Rolling ground and ten stems, sampled anew for each seed.
+/// Rolling ground and ten stems, with other samples for each seed.
 positions surface(std::uint64_t seed) {
   const auto ground = [](double x, double y) { return 0.6 * std::sin(x / 1.5) + 0.4 * std::cos(y / 1.2); };
   positions points;
@@ -364,11 +364,11 @@ TEST_CASE("pairs further apart than so many medians of their layer are dropped")
 TEST_CASE("one step by planes undoes a small transform but for its square, wherever the samples lie") {
   random_source random(62);
   constexpr double small = 1e-4;
-  const rigid motion = shifted_after({rotation_about(vec3{1, -2, 4}.normalized(), small), {}},
-                                     {0.3 * small, -small, 0.5 * small});
+  const rigid free_transform = shifted_after({rotation_about(vec3{1, -2, 4}.normalized(), small), {}},
+                                             {0.3 * small, -small, 0.5 * small});
   for (const auto dof : {four, six}) {
     const rigid off =
-        dof == six ? motion : rigid{rotation_about_z(small), {0.3 * small, -small, 0.5 * small}};
+        dof == six ? free_transform : rigid{rotation_about_z(small), {0.3 * small, -small, 0.5 * small}};
     std::vector<icp_pair> pairs;
     vec3 center;
     for (int i = 0; i < 60; ++i) {

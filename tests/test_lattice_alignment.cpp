@@ -12,7 +12,7 @@ using namespace detail;
 
 namespace {
 
-/// How far [m] a motion lays the places of a lattice 3 m by 3 m off it, at most.
+/// How far [m] a transform places the places of a lattice 3 m by 3 m off it, at most.
 double farthest_off(const Eigen::Isometry3d& transform, const scenes::positions& places) {
   double most = 0;
   for (const Eigen::Vector3d& p : places) {

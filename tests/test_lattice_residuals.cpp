@@ -38,7 +38,7 @@ positions planted(int columns, int rows, random_source& random) {
   return scenes::noisy(scenes::lattice(columns, rows, 3), 0.12, random);
 }
 
-/// Ground that rolls by some metres, anew every 12 to 30 m.
+/// Ground that rolls by some metres, with waves of 12 to 30 m.
 positions on_hills(positions stems, random_source& random) {
   const double along_x = scenes::uniform(random, 2, 5), along_y = scenes::uniform(random, 2, 5);
   const double start_x = scenes::uniform(random, -3, 3), start_y = scenes::uniform(random, -3, 3);
@@ -127,9 +127,9 @@ TEST_CASE(
     const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
     const jittered_scans scans(stand, stand, random, false);
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
-    const evidence_score told = residuals.score(shift_of(0, 0));
-    CHECK(told.log10_nfa < -3);
-    CHECK(told.source == evidence_source::heights);
+    const evidence_score score = residuals.score(shift_of(0, 0));
+    CHECK(score.log10_nfa < -3);
+    CHECK(score.source == evidence_source::heights);
     CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
     const auto proposed = residuals.propose(1);
     REQUIRE(proposed.size() == 1);
@@ -160,15 +160,15 @@ TEST_CASE(
     const auto radii = any_radii(stand.size(), random);
     jittered_scans scans(stand, stand, random);
     scans.source.radius = measured(radii, random);
-    const auto told_of = [&](const rigid& transform) {
+    const auto score_of = [&](const rigid& transform) {
       return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(transform);
     };
-    CHECK(told_of(shift_of(0, 0)).log10_nfa > -2);
+    CHECK(score_of(shift_of(0, 0)).log10_nfa > -2);
 
     scans.target.radius = measured(radii, random);
-    CHECK(told_of(shift_of(0, 0)).log10_nfa < -20);
-    CHECK(told_of(shift_of(0, 0)).source == evidence_source::radii);
-    CHECK(told_of(shift_of(1, 0)).log10_nfa > -2);
+    CHECK(score_of(shift_of(0, 0)).log10_nfa < -20);
+    CHECK(score_of(shift_of(0, 0)).source == evidence_source::radii);
+    CHECK(score_of(shift_of(1, 0)).log10_nfa > -2);
   }
 }
 

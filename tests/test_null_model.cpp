@@ -75,7 +75,7 @@ TEST_CASE(
   const scenes::transform_of_scene wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
   CHECK_FALSE(null.explains_around(rigid{}, middle, 40, 0.1));
   CHECK(null.explains_around(wrong, middle, 40, 0.1));
-  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
+  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // of few stems nothing is known
   CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
 }
 
@@ -87,7 +87,7 @@ TEST_CASE("unrelated maps rarely pair as many stems as an NFA of a thousandth ta
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
     const matching_context maps(source, target, true, four);
     const null_model null(maps);
-    // the best of many motions, those that lay one pair of stems on another
+    // the best of many transforms, those of one pair of stems onto another
     double best = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 300; ++i) {
       const std::vector<correspondence> start = {{random.below(60), random.below(60)},

@@ -61,7 +61,7 @@ struct sphere {
   double x, y, z;
   double radius() const { return 1; }
 };
-/// A foreign position in plan.
+/// A foreign horizontal position.
 struct grid_cell {
   int column, row;
 };

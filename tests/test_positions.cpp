@@ -15,7 +15,7 @@ struct surveyed_stem {
   double east, north, height, uncertainty;
 };
 
-/// A type that knows how thick it is, as it says, not as its member would tell.
+/// A type that knows how thick it is, as it says, not as its member would.
 struct taped_stem {
   double east, north, girth;
   double radius = -1;

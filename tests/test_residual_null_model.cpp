@@ -15,7 +15,7 @@ namespace {
 
 using transforms = std::vector<std::vector<float>>;
 
-/// Misfits of so many pairs; `together` tells by how much all of them are larger or smaller than usual.
+/// Residuals of so many pairs; `together`: by how much all of them are larger or smaller than usual.
 std::vector<float> drawn(std::size_t pairs, double together, random_source& random) {
   const double scale = 0.1 * std::exp(together * random.normal());
   std::vector<float> residuals;
@@ -46,9 +46,9 @@ TEST_CASE(
         random_source random(seed);
         const residual_null_model null_model(drawn_transforms(200, pairs, together, random));
         for (int i = 0; i < 250; ++i, ++all) {
-          const double told = null_model.log_probability(drawn(pairs, together, random), 0);
-          in_ten += told <= std::log(0.1);
-          in_hundred += told <= std::log(0.01);
+          const double log_probability = null_model.log_probability(drawn(pairs, together, random), 0);
+          in_ten += log_probability <= std::log(0.1);
+          in_hundred += log_probability <= std::log(0.01);
         }
       }
       CHECK(in_ten > 0.07 * all);
@@ -76,9 +76,9 @@ TEST_CASE("pairs that fit several times better than others are significant, the 
   const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
   double before = 0;
   for (const std::size_t pairs : {12u, 25u, 50u, 100u}) {
-    const double told = null_model.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
-    CHECK(told < before - 5);
-    before = told;
+    const double log_probability = null_model.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
+    CHECK(log_probability < before - 5);
+    before = log_probability;
   }
 }
 
@@ -111,12 +111,12 @@ TEST_CASE("residuals in other units are worth the same, bit for bit") {
   const transforms known = drawn_transforms(100, 30, 0.3, random);
   transforms scaled;
   for (const auto& residuals : known) scaled.push_back(times(1024, residuals));
-  const residual_null_model null_model(known), chance_of_scaled(scaled);
+  const residual_null_model null_model(known), model_of_scaled(scaled);
   for (int i = 0; i < 20; ++i) {
     const auto residuals = times(0.5, drawn(30, 0, random));
-    const double told = null_model.log_probability(residuals, 1);
-    CHECK(told < 0);
-    CHECK(chance_of_scaled.log_probability(times(1024, residuals), 1) == told);
+    const double log_probability = null_model.log_probability(residuals, 1);
+    CHECK(log_probability < 0);
+    CHECK(model_of_scaled.log_probability(times(1024, residuals), 1) == log_probability);
   }
 }
 
@@ -124,11 +124,11 @@ TEST_CASE("the order of the pairs and of the transforms does not count") {
   random_source random(1);
   transforms known = drawn_transforms(50, 20, 0.3, random);
   auto residuals = times(0.5, drawn(20, 0, random));
-  const double told = residual_null_model(known).log_probability(residuals, 0);
+  const double log_probability = residual_null_model(known).log_probability(residuals, 0);
   std::reverse(known.begin(), known.end());
   std::reverse(residuals.begin(), residuals.end());
-  CHECK(told < -1);
-  CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(told));
+  CHECK(log_probability < -1);
+  CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(log_probability));
 }
 
 TEST_CASE("fewer than a dozen pairs are not significant, and nothing is learned from them") {
@@ -181,8 +181,8 @@ TEST_CASE("residuals in few steps, as of radii to the centimetre, are no better 
 TEST_CASE("some of many residuals are enough to learn from") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(400, 500, 0, random));
-  const double told = null_model.log_probability(drawn(500, 0, random), 0);
-  CHECK(told > -5);
+  const double log_probability = null_model.log_probability(drawn(500, 0, random), 0);
+  CHECK(log_probability > -5);
   CHECK(null_model.log_probability(times(0.5, drawn(500, 0, random)), 0) < -50);
 }
 

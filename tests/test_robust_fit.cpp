@@ -48,7 +48,7 @@ struct scene {
   }
 };
 
-/// `sigma(i)` [m]: standard deviation of the coordinates of stem i in plan.
+/// `sigma(i)` [m]: standard deviation of the horizontal coordinates of stem i.
 scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
   scene s;
   const positions at = scenes::random_stems(random, stems, 40, 40);

@@ -59,7 +59,7 @@ std::vector<Vector3d> moved(const scenes::cloud& scan, const Eigen::Isometry3d& 
   return points;
 }
 
-/// Checks that a map holds the stems of the plot, as a motion lays them, and no others.
+/// Checks that a map holds the stems of the plot, under a transform, and no others.
 void check_finds(const stem_map& map, const plot& truth,
                  const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
   CHECK(map.stems.size() == truth.stems.size());

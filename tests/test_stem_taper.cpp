@@ -58,7 +58,7 @@ struct tapered_stand {
     }
   }
 
-  /// [m] median distance in plan of the feet of the stems of the second kind from the true ones.
+  /// [m] median horizontal distance of the bases of the stems of the second kind from the true ones.
   double error_of(const std::vector<stem_cylinder>& stems, int from) const {
     std::vector<double> errors;
     for (std::size_t i = std::size_t(from); i < stems.size(); ++i)
