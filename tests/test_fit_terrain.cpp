@@ -111,11 +111,13 @@ TEST_CASE("ground points are handed over node by node, and none are where nothin
 }
 
 TEST_CASE(
-    "the terrain goes through the lowest points, from a surface that is off, and under what is above it") {
+    "the terrain goes through the lowest points, from a surface that is off, between what is above and far "
+    "below it") {
   random_source random(4);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   const lowest_raster lowest = raster_of_nodes(44, 30, random, [&](double x, double y) {
-    if (std::hypot(x - 16, y - 9) < 2.6) return nan;  // a hole
+    if (std::hypot(x - 16, y - 9) < 2.6) return nan;            // a hole
+    if (random.below(40) == 0) return -0.9 - random.uniform();  // multipath, below the band
     return random.below(4) == 0 ? 0.3 + 2 * random.uniform() : 0.01 * random.normal();
   });
   const ground_options options{.resolution = 0.5, .hole_radius = 1.5};

@@ -89,6 +89,31 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("the common stem is looked for at each vertex of the triangle that is asked for") {
+  random_source random(93);
+  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 30, 20, 14));
+  const matching_context maps(stems, stems, true, four);
+  using vertices = std::array<stem_index, 3>;
+  const auto peaks_of = [&](const vertices& first, const vertices& second, const vertices& second_like) {
+    vote_accumulator votes(maps);
+    votes.reset(0.01);
+    votes.set_query(triangle{first, {}}, 5);
+    votes.vote(first);
+    votes.set_query(triangle{second, {}}, 5);
+    votes.vote(second_like);
+    return votes.peaks(9).size();
+  };
+  for (const vertices& asked : {vertices{5, 8, 9}, vertices{8, 5, 9}, vertices{8, 9, 5}}) {
+    CHECK(peaks_of({5, 1, 2}, asked, asked) == 1);
+    CHECK(peaks_of({1, 2, 5}, asked, asked) == 1);
+    vertices other = asked;  // of the same direction, but onto another stem
+    if (asked[0] == 5) {
+      other[0] = 4;
+      CHECK(peaks_of({5, 1, 2}, asked, other) == 2);
+    }
+  }
+}
+
 TEST_CASE("a width of more than a turn leaves the stem alone to distinguish, one of zero is borne") {
   const position_set stems = scenes::set_in_order({{0, 0, 0}, {4, 0, 0}, {0, 3, 0}, {9, 9, 0}});
   const matching_context maps(stems, stems, true, four);
