@@ -1,6 +1,5 @@
 // Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands
 // on a lattice: outcomes, and how probable right ones were said to be.
-#include <globalmatch/detail/core/sort_stably.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
@@ -21,6 +20,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 using namespace globalmatch;
@@ -36,18 +36,6 @@ struct trial {
   two_maps maps;
   double spacing = 0;  ///< [m] of a square lattice whose places are its multiples, in the source's frame
 };
-
-/// A stem as a caller has it who measured radii.
-struct measured_stem {
-  double x, y, z, radius;
-};
-
-std::vector<measured_stem> with_radii(const positions& stems, const std::vector<double>& radii) {
-  std::vector<measured_stem> measured;
-  for (std::size_t i = 0; i < stems.size(); ++i)
-    measured.push_back({stems[i].x(), stems[i].y(), stems[i].z(), radii[i]});
-  return measured;
-}
 
 /// What does not depend on the suite.
 struct further_view {
@@ -273,10 +261,12 @@ Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
 }
 
 /// How well the probabilities hold, in bins of as many pairs each.
-void print_calibration(std::vector<result> results) {
+void print_calibration(const std::vector<result>& results) {
   constexpr std::size_t bins = 20;
-  detail::sort_stably(
-      results, [](const result& a, const result& b) { return a.match.probability < b.match.probability; });
+  std::vector<std::pair<double, bool>> sorted;  // probability, and whether it was right
+  for (const result& r : results) sorted.emplace_back(r.match.probability, r.best_right);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
   double brier = 0, right = 0, off = 0;
   std::size_t wrong_but_sure = 0;
   std::cout << "\n| pairs | mean probability | share that is right |\n|---|---|---|\n";
@@ -284,11 +274,11 @@ void print_calibration(std::vector<result> results) {
     const std::size_t begin = b * results.size() / bins, end = (b + 1) * results.size() / bins;
     double said = 0, was = 0;
     for (std::size_t i = begin; i < end; ++i) {
-      const double p = results[i].match.probability, y = results[i].best_right;
+      const double p = sorted[i].first, y = sorted[i].second;
       said += p;
       was += y;
       brier += (p - y) * (p - y);
-      wrong_but_sure += p > 0.99 && !results[i].best_right;
+      wrong_but_sure += p > 0.99 && !sorted[i].second;
     }
     right += was;
     off += std::abs(said - was);

@@ -56,6 +56,18 @@ struct two_maps {
   std::vector<double> source_radii, target_radii;  ///< [m] of each stem, where they are measured
 };
 
+/// A stem as a caller has it who measured radii.
+struct measured_stem {
+  double x, y, z, radius;
+};
+
+inline std::vector<measured_stem> with_radii(const positions& stems, const std::vector<double>& radii) {
+  std::vector<measured_stem> measured;
+  for (std::size_t i = 0; i < stems.size(); ++i)
+    measured.push_back({stems[i].x(), stems[i].y(), stems[i].z(), radii[i]});
+  return measured;
+}
+
 inline double uniform(random_source& random, double from, double to) {
   return from + (to - from) * random.uniform();
 }

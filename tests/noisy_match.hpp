@@ -17,7 +17,7 @@ namespace globalmatch::scenes {
 
 using namespace detail;
 
-/// So many stems on 30 m by 20 m, and their least squares motion.
+/// So many stems on 30 m by 20 m, and their least squares transform.
 struct noisy_match {
   position_set source, target;
   transform_of_scene truth;

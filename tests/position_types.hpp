@@ -15,7 +15,7 @@ struct tree {
   std::string species;
 };
 
-/// A position in plan.
+/// A horizontal position.
 struct map_symbol {
   int number;
   double x, y;

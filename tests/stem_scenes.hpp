@@ -1,4 +1,4 @@
-// Made-up stem maps, and motions between them.
+// Made-up stem maps, and transforms between them.
 #pragma once
 
 #include <Eigen/Core>
@@ -53,7 +53,7 @@ inline positions to_positions(const std::vector<vec3>& stems) {
   return result;
 }
 
-/// Each stem moved by less than `radius` [m] in plan.
+/// Each stem moved horizontally by less than `radius` [m].
 inline positions jittered(positions stems, double radius, random_source& random) {
   for (Eigen::Vector3d& p : stems) {
     const double distance = radius * std::sqrt(random.uniform());
@@ -165,7 +165,7 @@ inline two_views half_overlapping_views(random_source& random, std::size_t stems
   return views;
 }
 
-/// Largest distance [m] between the stems as two motions lay them.
+/// Largest distance [m] between the stems under two transforms.
 inline double max_error(const Eigen::Isometry3d& estimate, const Eigen::Isometry3d& truth,
                         const positions& stems) {
   double largest = 0;

@@ -1,11 +1,20 @@
 #include "globalmatch/detail/matching/background_density.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <vector>
+
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -33,7 +42,7 @@ double share_near_stems(const position_set& stems, double side, double inlier_th
 
 }  // namespace
 
-TEST_CASE("among random stems the chance of meeting one is the share of places near one") {
+TEST_CASE("among random stems the probability of an inlier is the share of places near a stem") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 100, 100));
   const background_density background = background_of(stems);
@@ -46,7 +55,7 @@ TEST_CASE("among random stems the chance of meeting one is the share of places n
   }
 }
 
-TEST_CASE("rows meet one another far more often than random stems as dense, at centimetres as well") {
+TEST_CASE("rows have far more inliers among each other than random stems as dense, at centimetres as well") {
   random_source random(2);
   for (const int side : {5, 7, 20}) {
     CAPTURE(side);
@@ -73,12 +82,12 @@ TEST_CASE("clumps are not taken for rows") {
   CHECK(taken <= 1);
 }
 
-TEST_CASE("perfect rows explain themselves at once") {
+TEST_CASE("the lattice of perfect rows is known at once") {
   const background_density rows = background_of(scenes::lattice(12, 12, 3));
   CHECK(rows.inlier_probability(0.05) > 0.7);
 }
 
-TEST_CASE("the chance of meeting grows with the tolerance, and is a probability") {
+TEST_CASE("the inlier probability grows with the threshold, and is a probability") {
   random_source random(3);
   for (const positions& stems : {scenes::random_stems(random, 200, 50, 50), scenes::lattice(10, 10, 3),
                                  scenes::noisy(scenes::lattice(10, 10, 3), 0.1, random)}) {
@@ -93,7 +102,7 @@ TEST_CASE("the chance of meeting grows with the tolerance, and is a probability"
   }
 }
 
-TEST_CASE("the extent leaves outliers out, and a stem has the area to itself that the density tells") {
+TEST_CASE("the extent leaves outliers out, and a stem has the area to itself that the density gives") {
   random_source random(4);
   positions stems = scenes::random_stems(random, 400, 60, 40);
   stems.push_back({1e9, -1e9, 0});
@@ -109,7 +118,7 @@ TEST_CASE("stems surround places inside a stand, and not those far away") {
   CHECK_FALSE(background.surrounds({120, 30, 0}));
 }
 
-TEST_CASE("in maps of fewer than three stems everything is met") {
+TEST_CASE("in maps of fewer than three stems every stem is an inlier") {
   random_source random(6);
   for (const std::size_t count : {0u, 1u, 2u}) {
     const background_density few = background_of(scenes::random_stems(random, count, 10, 10));
@@ -119,9 +128,33 @@ TEST_CASE("in maps of fewer than three stems everything is met") {
   }
 }
 
-TEST_CASE("stems at one place are met for certain") {
+TEST_CASE("stems at one place are inliers for certain") {
   const background_density pile = background_of(positions(10, Eigen::Vector3d(1, 2, 3)));
   CHECK(pile.inlier_probability(0.05) == 1);
+}
+
+TEST_CASE("the background density is that of the sixth neighbour of each stem") {
+  random_source random(112);
+  const position_set stems = uneven_stems(150, random);
+  const background_density density(stems, std::make_shared<position_index>(stems));
+  std::vector<double> densities;
+  for (std::size_t i = 0; i < stems.size(); ++i) {
+    std::vector<double> squares;
+    for (std::size_t j = 0; j < stems.size(); ++j)
+      if (j != i) squares.push_back((stems.at[i] - stems.at[j]).xy().squared_norm());
+    std::sort(squares.begin(), squares.end());
+    densities.push_back(5 / (std::numbers::pi * squares[5]));
+  }
+  for (const double threshold : {0.1, 0.5, 2.0}) {
+    double mean = 0;
+    for (const double d : densities)
+      mean += (1 - std::exp(-d * std::numbers::pi * threshold * threshold)) / double(densities.size());
+    CHECK(density.poisson_inlier_probability(threshold) == Approx(mean));
+  }
+  std::sort(densities.begin(), densities.end());
+  const double middle = (densities[74] + densities[75]) / 2;
+  CHECK(density.stem_radius() == Approx(1 / std::sqrt(std::numbers::pi * middle)));
+  CHECK(density.extent() == Approx(std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / 0.8));
 }
 
 }  // namespace globalmatch

@@ -1,21 +1,31 @@
 #include "globalmatch/detail/matching/decision.hpp"
 
+#include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
 
+using scenes::four_dof;
+using scenes::pairing_all;
+using scenes::some_transform;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
+
 using scenes::positions;
 
 namespace {
 
-/// One that chance does not explain, unless told.
+/// One that is significant, unless its NFA is given.
 local_hypothesis pairing(std::size_t stems, double log10_nfa = -20) {
   local_hypothesis h;
   h.log10_nfa = log10_nfa;
@@ -50,7 +60,7 @@ decision score_counts(const std::vector<std::size_t>& counts) {
 
 }  // namespace
 
-TEST_CASE("four paired stems are enough without a rival, three are not") {
+TEST_CASE("four paired stems are enough without an alternative, three are not") {
   CHECK(score_counts({4}).outcome == outcome::registered);
   CHECK(score_counts({3}).outcome == outcome::not_registered);
   CHECK(score_counts({}).outcome == outcome::not_registered);
@@ -76,7 +86,7 @@ TEST_CASE("a map of fewer stems than needed is named") {
   CHECK_THAT(few_target.reason, Catch::StartsWith("target: 0 stems"));
 }
 
-TEST_CASE("what chance explains is not registered, and the reason says so") {
+TEST_CASE("what is not significant is not registered, and the reason says so") {
   const position_set stems = scattered(40);
   const auto decided = [&](double log10_nfa, const decision_options& options = {}) {
     return decision_on(std::vector{pairing(10, log10_nfa)}, stems, stems, options);
@@ -88,7 +98,7 @@ TEST_CASE("what chance explains is not registered, and the reason says so") {
   CHECK(decided(-2.99, {.max_nfa = 0.01}).outcome == outcome::registered);
 }
 
-TEST_CASE("a rival that explains the stems half as well or better makes the best ambiguous") {
+TEST_CASE("an alternative that explains the stems half as well or better makes the best ambiguous") {
   const position_set stems = scattered(40);
   const auto decided = [&](double best, double alternative) {
     return decision_on(std::vector{pairing(20, best), pairing(15, alternative), pairing(15, alternative)},
@@ -126,7 +136,7 @@ TEST_CASE("stems in a line do not make a registration, however many") {
         outcome::registered);
 }
 
-TEST_CASE("the spread is the standard deviation across the line, in plan") {
+TEST_CASE("the minor axis sigma is the horizontal standard deviation across the line") {
   const position_set stems = scenes::set_in_order({{0, 1, 9}, {50, -1, 0}, {0, -1, -9}, {50, 1, 0}});
   CHECK(detail::minor_axis_sigma(pairing(4), stems) == Approx(1));
   const auto outcome_at = [&](double min_minor_axis_sigma) {
@@ -168,7 +178,7 @@ auto sloping(double degrees, double noise) {
 
 }  // namespace
 
-TEST_CASE("heights that slope tell of scans that were not levelled alike, and noise in heights does not") {
+TEST_CASE("heights that slope show that scans were not levelled alike, and noise in heights does not") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     CHECK(score_raised(20, seed, sloping(0, 0.1)).outcome == outcome::registered);
@@ -181,7 +191,7 @@ TEST_CASE("heights that slope tell of scans that were not levelled alike, and no
     CHECK(score_raised(20, seed, sloping(3, 0.05), true).outcome == outcome::registered);
     CHECK(score_raised(20, seed, sloping(3, 0.05), false, degrees_of_freedom::six).outcome ==
           outcome::registered);
-    CHECK(score_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to tell
+    CHECK(score_raised(5, seed, sloping(3, 0)).outcome == outcome::registered);  // too few to say
   }
 }
 
@@ -231,6 +241,64 @@ TEST_CASE("decision options that make no sense are named") {
     CHECK_THROWS_WITH(require_valid(decision_options{.alternative_share = bad}),
                       Catch::Contains("decision.alternative_share"));
   }
+}
+
+TEST_CASE("the tilt that is certain is the fitted slope less three of its deviations") {
+  random_source random(114);
+  const position_set source = uneven_stems(25, random);
+  position_set target = transformed_stems(some_transform(), source);
+  for (vec3& p : target.at) p.z += 0.12 * p.x - 0.05 * p.y + 3 + 0.15 * random.normal();
+  const matching_context maps(source, target, false, four_dof, 100);
+  const local_hypothesis h = pairing_all(25, some_transform());
+  Eigen::MatrixXd rows(25, 3);
+  Eigen::VectorXd offsets(25);
+  for (int i = 0; i < 25; ++i) {
+    const vec3& t = target.at[std::size_t(i)];
+    rows.row(i) << 1, t.x - 300, t.y + 80;
+    offsets[i] = t.z - (some_transform() * source.at[std::size_t(i)]).z;
+  }
+  const Eigen::Vector3d plane = rows.colPivHouseholderQr().solve(offsets);
+  const double variance = (rows * plane - offsets).squaredNorm() / (25 - 3 - 2);
+  const Eigen::Matrix3d inverse = (rows.transpose() * rows).inverse();
+  const Eigen::Vector2d slope = plane.tail<2>(), direction = slope.normalized();
+  const double doubt = std::sqrt(variance * direction.dot(inverse.bottomRightCorner<2, 2>() * direction));
+  REQUIRE(slope.norm() > 4 * doubt);
+  CHECK(certain_tilt(h, maps) == Approx(std::atan(slope.norm() - 3 * doubt)).epsilon(1e-6));
+}
+
+TEST_CASE("the standard deviation across a line of stems is the smallest in any direction") {
+  random_source random(115);
+  position_set source = uneven_stems(40, random);
+  for (vec3& p : source.at) p.y += 0.7 * p.x;
+  const double sigma = minor_axis_sigma(pairing_all(40, rigid::identity()), source);
+  double smallest = 1e9;
+  for (int k = 0; k < 3600; ++k) {
+    const double angle = k * std::numbers::pi / 3600, x = std::cos(angle), y = std::sin(angle);
+    double sum = 0, squares = 0;
+    for (const vec3& p : source.at) {
+      const double across = (p.x - 300) * x + (p.y + 80) * y;
+      sum += across / 40;
+      squares += across * across / 40;
+    }
+    smallest = std::min(smallest, std::sqrt(squares - sum * sum));
+  }
+  CHECK(sigma == Approx(smallest).epsilon(1e-4));
+}
+
+TEST_CASE("the lead of a hypothesis is what the next one's NFA is above its own, between 0 and 8") {
+  const auto of = [](std::vector<double> log10_nfas) {
+    std::vector<local_hypothesis> all;
+    for (const double nfa : log10_nfas) {
+      all.emplace_back();
+      all.back().log10_nfa = nfa;
+    }
+    return features_of(all);
+  };
+  CHECK(of({-5, -3.5}).lead == Approx(1.5));
+  CHECK(of({-5, 9}).lead == 8);
+  CHECK(of({-5}).lead == 8);
+  CHECK(of({-30, -29}).log10_nfa == -12);
+  CHECK(of({-5, -3.5}).log10_nfa == -5);
 }
 
 }  // namespace globalmatch

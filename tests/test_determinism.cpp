@@ -140,7 +140,8 @@ TEST_CASE("one scan in any container is registered with the same bits") {
   });
 }
 
-TEST_CASE("a scan moved by (500000, 5300000, 1000) has its stems and motion moved by that to a micrometre") {
+TEST_CASE(
+    "a scan moved by (500000, 5300000, 1000) has its stems and transform shifted by that to a micrometre") {
   const scan_and_most_of_it scans;
   const Eigen::Vector3d shift(500000, 5300000, 1000);
   std::vector<Eigen::Vector3d> moved;

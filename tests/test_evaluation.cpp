@@ -35,7 +35,7 @@ TEST_CASE("e_R equals the angle between the rotations, Eq. 8, down to 1e-9 rad")
       Approx(std::numbers::pi));
 }
 
-TEST_CASE("a motion without error has none") {
+TEST_CASE("a transform without error has none") {
   random_source random(1);
   const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
   const auto error = evaluate_registration(truth, truth, scenes::random_stems(random, 20, 30, 30));

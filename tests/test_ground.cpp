@@ -79,63 +79,6 @@ double rolling(double x, double y) {
 
 }  // namespace
 
-TEST_CASE("planes at all scales go through a slope, next to points and far from them") {
-  detail::plane_pyramid pyramid;
-  const auto fit = [&](int columns, int rows, const std::vector<vec3f>& points) {
-    return pyramid.fit(1, columns, rows, 1, 5,
-                       [&](int row, detail::plane_moments* moments) {
-                         for (const vec3f& p : points)
-                           if (int(p.y) == row) moments[int(p.x)].add(p);
-                       },
-                       {});
-  };
-  CHECK(fit(70, 50, {{0.5f, 0.5f, 100}}).size() == 70 * 50);  // forgotten, though its memory is kept
-  const auto height = [](double x, double y) { return 2 + 0.3 * x - 0.2 * y; };
-  random_source random(31);
-  std::vector<vec3f> points;
-  for (int i = 0; i < 200; ++i) {  // in one corner
-    const double x = scenes::in_range(random, 0, 6), y = scenes::in_range(random, 0, 6);
-    points.push_back(vec3f(vec3{x, y, height(x, y)}));
-  }
-  const auto planes = fit(40, 30, points);
-  REQUIRE(planes.size() == 40 * 30);
-  for (const auto& [c, r] : {std::pair(2, 2), {5, 5}, {12, 8}, {39, 29}}) {
-    const double expected = height(c + 0.5, r + 0.5), away = std::hypot(c, r);
-    CHECK(planes[std::size_t(r) * 40 + std::size_t(c)].height ==
-          Approx(expected).margin(0.001 + 0.002 * away));
-  }
-  CHECK_FALSE(fit(40, 30, {}).front().known());
-}
-
-TEST_CASE("planes are those through the points of the blocks around each block") {
-  constexpr int columns = 37, rows = 41, reach = 2;  // not whole parts
-  random_source random(32);
-  std::vector<vec3f> points;
-  for (int i = 0; i < 4 * columns * rows; ++i)
-    points.push_back(vec3f(vec3{scenes::in_range(random, 0, columns), scenes::in_range(random, 0, rows),
-                                scenes::in_range(random, 0, 1)}));
-  detail::plane_pyramid pyramid;
-  const auto& planes = pyramid.fit(1, columns, rows, reach, 5,
-                                   [&](int row, detail::plane_moments* moments) {
-                                     for (const vec3f& p : points)
-                                       if (int(p.y) == row) moments[int(p.x)].add(p);
-                                   },
-                                   {});
-  double most = 0;
-  std::size_t known = 0;
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c) {
-      detail::plane_moments around;
-      for (const vec3f& p : points)
-        if (std::abs(int(p.x) - c) <= reach && std::abs(int(p.y) - r) <= reach) around.add(p);
-      const detail::local_plane& plane = planes[std::size_t(r * columns + c)];
-      known += plane.known();
-      most = std::max(most, double(std::abs(plane.height - around.fit(c + 0.5, r + 0.5, 5).height)));
-    }
-  CHECK(known == columns * rows);
-  CHECK(most < 1e-5);
-}
-
 TEST_CASE("slopes with noise and multipath points are recovered to 2 cm, up to the edge of the scan") {
   for (const double degrees : {0, 15, 30})
     for (const double azimuth : {0, 60, 225}) {

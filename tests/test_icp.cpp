@@ -21,7 +21,7 @@ namespace {
 using scenes::four;
 using scenes::six;
 
-/// Rolling ground and ten stems, sampled anew for each seed.
+/// Rolling ground and ten stems, with other samples for each seed.
 positions surface(std::uint64_t seed) {
   const auto ground = [](double x, double y) { return 0.6 * std::sin(x / 1.5) + 0.4 * std::cos(y / 1.2); };
   positions points;
@@ -72,7 +72,7 @@ TEST_CASE("icp brings ground and stems from 10 cm and 2 degrees off to 1 mm, bot
     }
 }
 
-TEST_CASE("icp by planes lays different samples of one surface on each other to 5 mm") {
+TEST_CASE("icp by planes aligns different samples of one surface to 5 mm") {
   const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.8, {4, -2, 1});
   const positions source = surface(2), target = scenes::moved(truth, surface(1));
   const auto coarse = ten_centimetres_two_degrees_off(truth, four);
@@ -95,7 +95,7 @@ TEST_CASE("icp by planes is not lifted by what stands on the ground in one scan 
   CHECK(std::abs((result.target_from_source.translation() - truth.translation()).z()) < 0.002);
 }
 
-TEST_CASE("icp without a metric returns the coarse motion as it is") {
+TEST_CASE("icp without a metric returns the coarse transform as it is") {
   const positions points = surface(1);
   const auto coarse = ten_centimetres_two_degrees_off(scenes::yaw_and_shift(1, {1, 2, 3}), six);
   const icp_result result = refine_by_icp(points, points, coarse, four, with_metric(icp_metric::none));
@@ -104,7 +104,7 @@ TEST_CASE("icp without a metric returns the coarse motion as it is") {
   CHECK(result.iterations == 0);
 }
 
-TEST_CASE("icp with too few pairs has not converged and leaves the coarse motion") {
+TEST_CASE("icp with too few pairs has not converged and leaves the coarse transform") {
   const positions points = surface(1), five(points.begin(), points.begin() + 5);
   const Eigen::Isometry3d near = scenes::yaw_and_shift(0.01, {0, 0, 0}),
                           far = scenes::yaw_and_shift(0, {500, 0, 0});
@@ -329,7 +329,7 @@ positions grid_of_samples(double height, double step) {
 
 }  // namespace
 
-TEST_CASE("how far the pairs of a layer lie off their planes does not weigh those of another") {
+TEST_CASE("how far the pairs of a layer lie off their planes does not change the weights of another") {
   const icp_options options = with_metric(icp_metric::point_to_plane);
   const icp_surface rough = surface_of(grid_of_samples(0, 0.03), grid_of_samples(0, 0), options),
                     smooth = surface_of(grid_of_samples(5, 0.001), grid_of_samples(5, 0), options);
@@ -361,14 +361,14 @@ TEST_CASE("pairs further apart than so many medians of their layer are dropped")
   CHECK(pairs.size() == source.size() * 7 / 10);
 }
 
-TEST_CASE("one step by planes undoes a small motion but for its square, wherever the samples lie") {
+TEST_CASE("one step by planes undoes a small transform but for its square, wherever the samples lie") {
   random_source random(62);
   constexpr double small = 1e-4;
-  const rigid motion = shifted_after({rotation_about(vec3{1, -2, 4}.normalized(), small), {}},
-                                     {0.3 * small, -small, 0.5 * small});
+  const rigid free_transform = shifted_after({rotation_about(vec3{1, -2, 4}.normalized(), small), {}},
+                                             {0.3 * small, -small, 0.5 * small});
   for (const auto dof : {four, six}) {
     const rigid off =
-        dof == six ? motion : rigid{rotation_about_z(small), {0.3 * small, -small, 0.5 * small}};
+        dof == six ? free_transform : rigid{rotation_about_z(small), {0.3 * small, -small, 0.5 * small}};
     std::vector<icp_pair> pairs;
     vec3 center;
     for (int i = 0; i < 60; ++i) {

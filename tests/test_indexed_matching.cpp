@@ -26,7 +26,7 @@ std::vector<local_hypothesis> propose(const position_set& source, const position
 
 }  // namespace
 
-TEST_CASE("the index proposes the right motion first, on maps of some ten to some thousand stems") {
+TEST_CASE("the index proposes the right transform first, on maps of some ten to some thousand stems") {
   for (const std::size_t stems : {20u, 60u, 150u, 1500u})
     for (std::uint64_t seed = 0; seed < 5; ++seed) {
       CAPTURE(stems, seed);
@@ -44,7 +44,7 @@ TEST_CASE("the index proposes the right motion first, on maps of some ten to som
     }
 }
 
-TEST_CASE("hypotheses of the index are distinct, and their pairs stand") {
+TEST_CASE("hypotheses of the index are distinct, and pair what they say") {
   random_source random(6);
   const position_set stems = scenes::set_in_order(scenes::jittered(scenes::lattice(7, 7, 3), 0.1, random));
   const position_set target = scenes::set_in_order(scenes::noisy(stems.at, 0.02, random));
@@ -84,27 +84,6 @@ TEST_CASE("the search ends at the number of candidates that it is given") {
   CHECK(all > 1000);
   CHECK(counted(100) >= 100);
   CHECK(counted(100) < all / 2);
-}
-
-TEST_CASE("motions that most triangles vote for are tried first, each once") {
-  random_source random(9);
-  const position_set stems = scenes::set_in_order(scenes::random_stems(random, 30, 20, 20));
-  const matching_context maps(stems, stems, true, four);
-  detail::vote_accumulator votes(maps);
-  const auto cast = [&](const std::array<stem_index, 3>& asked, const std::array<stem_index, 3>& like) {
-    votes.set_query(triangle{asked, {}}, 0);
-    votes.vote(like);
-  };
-  votes.reset(0.01);
-  cast({0, 3, 4}, {9, 7, 8});
-  for (stem_index k = 1; k < 5; ++k) cast({0, k, k + 1}, {0, k, k + 1});  // in place, of any shape
-  const auto peaks_end = votes.peaks(10);
-  REQUIRE(peaks_end.size() == 2);
-  CHECK(peaks_end[0] == std::array<correspondence, 3>{{{0, 0}, {4, 4}, {5, 5}}});
-  CHECK(peaks_end[1] == std::array<correspondence, 3>{{{0, 9}, {3, 7}, {4, 8}}});
-  CHECK(votes.peaks(1).size() == 1);
-  votes.reset(0.01);
-  CHECK(votes.peaks(10).empty());
 }
 
 }  // namespace globalmatch

@@ -12,7 +12,7 @@ using namespace detail;
 
 namespace {
 
-/// How far [m] a motion lays the places of a lattice 3 m by 3 m off it, at most.
+/// How far [m] a transform places the places of a lattice 3 m by 3 m off it, at most.
 double farthest_off(const Eigen::Isometry3d& transform, const scenes::positions& places) {
   double most = 0;
   for (const Eigen::Vector3d& p : places) {
@@ -25,7 +25,7 @@ double farthest_off(const Eigen::Isometry3d& transform, const scenes::positions&
 
 }  // namespace
 
-TEST_CASE("rows are laid on rows though no hypothesis does") {
+TEST_CASE("lattices are aligned though no hypothesis aligns them") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -44,7 +44,7 @@ TEST_CASE("rows are laid on rows though no hypothesis does") {
   }
 }
 
-TEST_CASE("of hypotheses the one that lays most stems near others is as good as the lattice") {
+TEST_CASE("of hypotheses the one that places most stems near others is as good as the lattice") {
   random_source random(1);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 50, 30, 30));
   const matching_context maps(stems, stems, true, degrees_of_freedom::four);

@@ -22,7 +22,7 @@ local_hypothesis in_place(const matching_context& maps, double inlier_threshold)
 
 }  // namespace
 
-TEST_CASE("rivals of rows are their shifts, and their turns where they are square") {
+TEST_CASE("alternatives on a lattice are its shifts, and its turns where it is square") {
   for (const double depth : {3.0, 4.0}) {
     CAPTURE(depth);
     random_source random(1);
@@ -52,7 +52,7 @@ TEST_CASE("rivals of rows are their shifts, and their turns where they are squar
   }
 }
 
-TEST_CASE("stems at random have no lattice rivals") {
+TEST_CASE("stems at random have no lattice alternatives") {
   random_source random(2);
   const positions stems = scenes::random_stems(random, 200, 50, 50);
   const position_set map = scenes::set_in_order(stems);
@@ -60,7 +60,7 @@ TEST_CASE("stems at random have no lattice rivals") {
   CHECK(lattice_alternatives(in_place(maps, 0.05), maps).empty());
 }
 
-TEST_CASE("a hypothesis without pairs has no lattice rivals") {
+TEST_CASE("a hypothesis without pairs has no lattice alternatives") {
   const position_set none;
   const matching_context maps(none, none, true, four);
   CHECK(lattice_alternatives(local_hypothesis{}, maps).empty());

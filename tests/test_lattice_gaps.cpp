@@ -48,7 +48,7 @@ const lattice_shifts rows_3m{{3, 0}, {0, 3}};
 
 }  // namespace
 
-TEST_CASE("gaps tell the true motion from all others of the lattice, wherever the search starts") {
+TEST_CASE("gaps distinguish the true transform from all others of the lattice, wherever the search starts") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -78,7 +78,7 @@ TEST_CASE("gaps of different stands are no evidence") {
   }
 }
 
-TEST_CASE("a lattice without gaps tells nothing") {
+TEST_CASE("a lattice without gaps has no evidence of gaps") {
   random_source random(1);
   const position_set stand = scenes::set_in_order(scenes::lattice(10, 10, 3));
   const matching_context maps(stand, stand, true, degrees_of_freedom::four);

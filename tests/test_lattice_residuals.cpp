@@ -38,7 +38,7 @@ positions planted(int columns, int rows, random_source& random) {
   return scenes::noisy(scenes::lattice(columns, rows, 3), 0.12, random);
 }
 
-/// Ground that rolls by some metres, anew every 12 to 30 m.
+/// Ground that rolls by some metres, with waves of 12 to 30 m.
 positions on_hills(positions stems, random_source& random) {
   const double along_x = scenes::uniform(random, 2, 5), along_y = scenes::uniform(random, 2, 5);
   const double start_x = scenes::uniform(random, -3, 3), start_y = scenes::uniform(random, -3, 3);
@@ -62,7 +62,8 @@ std::vector<double> measured(std::vector<double> radii, random_source& random) {
 
 }  // namespace
 
-TEST_CASE("residuals tell the true motion from all others of the lattice, wherever the walk starts") {
+TEST_CASE(
+    "residuals distinguish the true transform from all others of the lattice, wherever the walk starts") {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -118,16 +119,17 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
   }
 }
 
-TEST_CASE("in perfect rows the heights tell the true motion, where the ground rolls and heights count") {
+TEST_CASE(
+    "in perfect rows the heights determine the true transform, where the ground rolls and heights count") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
     const jittered_scans scans(stand, stand, random, false);
     const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(3, -2));
-    const evidence_score told = residuals.score(shift_of(0, 0));
-    CHECK(told.log10_nfa < -3);
-    CHECK(told.source == evidence_source::heights);
+    const evidence_score score = residuals.score(shift_of(0, 0));
+    CHECK(score.log10_nfa < -3);
+    CHECK(score.source == evidence_source::heights);
     CHECK(residuals.score(shift_of(1, 0)).log10_nfa > -2);
     const auto proposed = residuals.propose(1);
     REQUIRE(proposed.size() == 1);
@@ -140,7 +142,7 @@ TEST_CASE("in perfect rows the heights tell the true motion, where the ground ro
   }
 }
 
-TEST_CASE("heights tell the same when one map lies higher by any amount") {
+TEST_CASE("evidence of heights is the same when one map lies higher by any amount") {
   random_source random(1);
   const positions stand = on_hills(scenes::lattice(14, 12, 3), random);
   const jittered_scans scans(stand, stand, random, false);
@@ -149,7 +151,8 @@ TEST_CASE("heights tell the same when one map lies higher by any amount") {
         Approx(residuals.score(shift_of(0, 0)).log10_nfa));
 }
 
-TEST_CASE("in perfect rows on level ground the radii tell the true motion, where both maps have them") {
+TEST_CASE(
+    "in perfect rows on level ground the radii determine the true transform, where both maps have them") {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -157,19 +160,20 @@ TEST_CASE("in perfect rows on level ground the radii tell the true motion, where
     const auto radii = any_radii(stand.size(), random);
     jittered_scans scans(stand, stand, random);
     scans.source.radius = measured(radii, random);
-    const auto told_of = [&](const rigid& transform) {
+    const auto score_of = [&](const rigid& transform) {
       return lattice_residuals(scans.maps, jittered_rows, shift_of(3, -2)).score(transform);
     };
-    CHECK(told_of(shift_of(0, 0)).log10_nfa > -2);
+    CHECK(score_of(shift_of(0, 0)).log10_nfa > -2);
 
     scans.target.radius = measured(radii, random);
-    CHECK(told_of(shift_of(0, 0)).log10_nfa < -20);
-    CHECK(told_of(shift_of(0, 0)).source == evidence_source::radii);
-    CHECK(told_of(shift_of(1, 0)).log10_nfa > -2);
+    CHECK(score_of(shift_of(0, 0)).log10_nfa < -20);
+    CHECK(score_of(shift_of(0, 0)).source == evidence_source::radii);
+    CHECK(score_of(shift_of(1, 0)).log10_nfa > -2);
   }
 }
 
-TEST_CASE("radii that are larger by as much in one map tell the same, and unknown ones are left out") {
+TEST_CASE(
+    "radii that are larger by as much in one map are the same evidence, and unknown ones are left out") {
   random_source random(1);
   const positions stand = scenes::lattice(14, 12, 3);
   const auto radii = any_radii(stand.size(), random);
@@ -191,7 +195,7 @@ TEST_CASE("radii that are larger by as much in one map tell the same, and unknow
   CHECK(alarms() > -2);
 }
 
-TEST_CASE("what the residuals and the radii tell a little each they tell together") {
+TEST_CASE("residuals and radii that are a little evidence each are more together") {
   double by_residuals = 0, by_radii = 0, together = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     random_source random(seed);
@@ -225,7 +229,7 @@ TEST_CASE("heights and radii of different stands are no evidence") {
   }
 }
 
-TEST_CASE("a few stems are told apart by nothing") {
+TEST_CASE("a few stems are no evidence of residuals") {
   random_source random(1);
   const positions stand = planted(4, 4, random);
   const jittered_scans scans(stand, stand, random);
@@ -234,7 +238,7 @@ TEST_CASE("a few stems are told apart by nothing") {
   CHECK(residuals.propose(8).empty());
 }
 
-TEST_CASE("where motions are too many to be looked at nothing is told") {
+TEST_CASE("where transforms are too many to be looked at there is no evidence") {
   random_source random(1);
   const positions stand = planted(100, 100, random);
   const jittered_scans scans(stand, stand, random);

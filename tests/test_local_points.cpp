@@ -24,53 +24,7 @@ namespace {
 using scenes::infinity;
 using scenes::nan;
 
-bool turns_upright(const Vector3d& up) {
-  const Eigen::Matrix3d rotation = to_eigen(levelling_rotation(from_eigen(up)));
-  return rotation.allFinite() && (rotation * up.stableNormalized() - Vector3d::UnitZ()).norm() < 1e-8 &&
-         rotation.isUnitary(1e-12) && rotation.determinant() > 0;
-}
-
 }  // namespace
-
-TEST_CASE("levelling_rotation turns any up into +z") {
-  random_source random(1);
-  for (int i = 0; i < 200; ++i)
-    CHECK(turns_upright(scenes::in_range(random, 0.1, 10) * scenes::random_direction(random)));
-  for (const Vector3d& up : {Vector3d(0, 0, -1), Vector3d(1, 0, 0), Vector3d(0, -5, 0), Vector3d(1e-9, 0, -1),
-                             Vector3d(1e-9, 1e-9, 1)})
-    CHECK(turns_upright(up));
-}
-
-TEST_CASE("levelling_rotation takes an up of any length") {
-  CHECK(turns_upright({3e-100, 4e-100, 1e-100}));
-  CHECK(turns_upright({3e100, 4e100, 1e100}));
-  CHECK(turns_upright({3e200, 4e200, 1e200}));
-}
-
-TEST_CASE("levelling_rotation of +z, however long, is exactly the identity") {
-  for (const double length : {1.0, 0.3, 17.0}) CHECK(levelling_rotation({0, 0, length}) == mat3::identity());
-}
-
-TEST_CASE("levelling_rotation refuses an up that is zero or not finite") {
-  for (const Vector3d& up : {Vector3d(0, 0, 0), Vector3d(0, nan, 1), Vector3d(0, 0, infinity)}) {
-    CHECK(message_of([&] { levelling_rotation(from_eigen(up)); }).starts_with("up must be"));
-    CHECK(message_of([&] {
-            import_points(std::vector<Vector3d>{}, from_eigen(up));
-          }).starts_with("up must be"));
-  }
-}
-
-TEST_CASE("a local frame leads to local coordinates and back") {
-  random_source random(2);
-  for (int i = 0; i < 50; ++i) {
-    const local_frame frame{{500000, 5300000, 1000},
-                            levelling_rotation(from_eigen(scenes::random_direction(random)))};
-    const vec3 p = frame.origin + 100 * from_eigen(scenes::random_direction(random));
-    CHECK((frame.to_scan(frame.to_local(p)) - p).norm() < 1e-8);
-    CHECK((frame.local_from_scan() * p - frame.to_local(p)).norm() < 1e-8);
-    CHECK(frame.to_local(frame.origin) == vec3{});
-  }
-}
 
 TEST_CASE("for_each_finite visits the finite points in order and counts the others") {
   const auto n = float(nan), inf = float(infinity);

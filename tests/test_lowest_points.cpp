@@ -1,5 +1,4 @@
 #include "globalmatch/detail/mapping/lowest_points.hpp"
-#include "globalmatch/detail/mapping/outliers.hpp"
 
 #include "catch.hpp"
 #include "containers.hpp"
@@ -53,6 +52,15 @@ lowest_raster raster_of(int columns, int rows, const std::vector<float>& heights
   raster.rows = rows;
   for (const float z : heights) raster.points.push_back({0, 0, z});
   return raster;
+}
+
+/// A tile with so many cells that hold points.
+std::unique_ptr<tiled_minima::tile> tile_at(std::int64_t row, std::int64_t column, std::size_t cells) {
+  auto tile = std::make_unique<tiled_minima::tile>();
+  tile->at.row = row;
+  tile->at.column = column;
+  for (std::size_t i = 0; i < cells; ++i) tile->cells[i].z = 1;
+  return tile;
 }
 
 }  // namespace
@@ -197,45 +205,6 @@ TEST_CASE("a cell beyond the raster holds nothing") {
     CHECK_FALSE(raster.holds(c, r));
 }
 
-TEST_CASE("low outliers that come singly or in twos are removed") {
-  std::vector<float> heights(100, 0.0f);
-  heights[33] = -0.5f;
-  heights[66] = heights[77] = -2;
-  lowest_raster raster = raster_of(10, 10, heights);
-  CHECK(remove_low_outliers(raster, 0.3) == 3);
-  CHECK_FALSE(raster.holds(3, 3));
-  CHECK_FALSE(raster.holds(6, 6));
-  CHECK_FALSE(raster.holds(7, 7));
-  CHECK(occupied(raster) == 97);
-  CHECK(remove_low_outliers(raster, 0.3) == 0);
-}
-
-TEST_CASE("a low outlier in a corner of the scan is removed") {
-  std::vector<float> heights(100, 0.0f);
-  heights[0] = -1e9f;
-  lowest_raster raster = raster_of(10, 10, heights);
-  CHECK(remove_low_outliers(raster, 0.3) == 1);
-  CHECK_FALSE(raster.holds(0, 0));
-}
-
-TEST_CASE("a hollow of three cells, one less deep, and steep slopes stay") {
-  std::vector<float> hollow(100, 0.0f), shallow(100, 0.0f), steep(100);
-  hollow[44] = hollow[45] = hollow[54] = -1;
-  shallow[44] = -0.29f;
-  for (std::size_t i = 0; i < 100; ++i) steep[i] = float(i % 10) * float(resolution) * 1.7f;  // 60 degrees
-  for (const auto& heights : {hollow, shallow, steep}) {
-    lowest_raster raster = raster_of(10, 10, heights);
-    CHECK(remove_low_outliers(raster, 0.3) == 0);
-    CHECK(occupied(raster) == 100);
-  }
-}
-
-TEST_CASE("cells with hardly a neighbour are not judged") {
-  constexpr float n = std::numeric_limits<float>::quiet_NaN();
-  lowest_raster raster = raster_of(5, 1, {0, n, -5, 0, 0});
-  CHECK(remove_low_outliers(raster, 0.3) == 0);
-}
-
 TEST_CASE("gathering lowest points can be cancelled") {
   ground_funnel funnel;
   const execution exec{.on_progress = [](const progress&) { return false; }};
@@ -251,67 +220,17 @@ TEST_CASE("gathering lowest points refuses an up without direction") {
         }).starts_with("up must be"));
 }
 
-TEST_CASE(
-    "unreachable points are those above what the slope reaches from any that has company, by brute force") {
-  constexpr double slope = 1, step = 0.5;
-  constexpr int columns = 17, rows = 11;
-  for (std::uint64_t seed = 0; seed < 50; ++seed) {
-    random_source random(seed);
-    std::vector<float> heights;
-    for (int i = 0; i < columns * rows; ++i)
-      heights.push_back(random.uniform() < 0.6 ? float(nan) : float(3 * random.uniform()));
-    lowest_raster raster = raster_of(columns, rows, heights);
-    const auto has_company = [&](int j) {
-      int others = 0;
-      for (int k = 0; k < columns * rows; ++k)
-        others += k != j && !std::isnan(heights[std::size_t(k)]) &&
-                  std::abs(k % columns - j % columns) <= 2 && std::abs(k / columns - j / columns) <= 2;
-      return others >= 4;
-    };
-    std::vector<bool> expected;
-    for (int i = 0; i < columns * rows; ++i) {
-      bool unreachable = false;
-      for (int j = 0; j < columns * rows; ++j) {
-        // in steps along rows, columns and diagonals
-        const int dc = std::abs(i % columns - j % columns), dr = std::abs(i / columns - j / columns);
-        const double way = resolution * (std::max(dc, dr) + (std::sqrt(2) - 1) * std::min(dc, dr));
-        const auto at = [&](int k) { return double(heights[std::size_t(k)]); };
-        unreachable = unreachable || (has_company(j) && at(i) > at(j) + slope * way + step + 1e-5);
-      }
-      expected.push_back(unreachable);
-    }
-    const std::size_t removed = remove_unreachable(raster, slope, step);
-    CHECK(removed > 0);
-    CHECK(removed == std::size_t(std::count(expected.begin(), expected.end(), true)));
-    for (std::size_t i = 0; i < heights.size(); ++i)
-      CHECK(std::isnan(raster.points[i].z) == (expected[i] || std::isnan(heights[i])));
-  }
-}
-
-TEST_CASE("a slope of 40 degrees and a step of 0.4 m are reachable ground, a stem behind a shrub is not") {
-  constexpr int columns = 40, rows = 8;
-  std::vector<float> heights;
-  for (int r = 0; r < rows; ++r)
-    for (int c = 0; c < columns; ++c)
-      heights.push_back(float(std::tan(0.7) * resolution * c + (c > 20 ? 0.4 : 0)));
-  lowest_raster raster = raster_of(columns, rows, heights);
-  CHECK(remove_unreachable(raster, 1, 0.5) == 0);
-  raster.points[raster.cell(30, 4)].z += 1.5f;
-  CHECK(remove_unreachable(raster, 1, 0.5) == 1);
-  CHECK_FALSE(raster.holds(30, 4));
-}
-
-TEST_CASE("a lone point far below the edge of a scan takes no ground with it") {
-  constexpr int columns = 30, rows = 12;
-  std::vector<float> heights(columns * rows, 0.0f);
-  for (int r = 0; r < rows; ++r)
-    for (int c = 20; c < columns; ++c) heights[std::size_t(r * columns + c)] = float(nan);
-  heights[5 * columns + 21] = -8;  // multipath, with three points of ground within two cells
-  heights[5 * columns + 28] = -8;  // and with none
-  for (const int row : {3, 7}) heights[std::size_t(row * columns + 19)] = float(nan);
-  lowest_raster raster = raster_of(columns, rows, heights);
-  CHECK(remove_low_outliers(raster, 0.3) == 0);
-  CHECK(remove_unreachable(raster, 1, 0.5) == 0);
+TEST_CASE("the main group is the one of most cells, not of most tiles, and goes around corners") {
+  std::vector<std::unique_ptr<tiled_minima::tile>> owned;
+  std::vector<gathered_tile> tiles;
+  const auto add = [&](std::int64_t row, std::int64_t column, std::size_t cells) {
+    owned.push_back(tile_at(row, column, cells));
+    tiles.push_back({owned.back().get(), cells, 1});
+  };
+  add(-4, 0, 10), add(-4, 1, 10), add(-3, 2, 10), add(-2, 3, 10);  // four tiles, 40 cells
+  add(5, 5, 200), add(6, 4, 100);                                  // two at a corner, 300
+  add(20, 20, 250);
+  CHECK(main_group(tiles) == std::vector<std::size_t>{4, 5});
 }
 
 }  // namespace globalmatch

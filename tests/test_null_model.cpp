@@ -1,15 +1,23 @@
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/score_hypothesis.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::four_dof;
+using scenes::six_dof;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -19,7 +27,7 @@ using scenes::four;
 
 }  // namespace
 
-TEST_CASE("the chance of meeting is that of the target's stand, or of rows that are known besides") {
+TEST_CASE("the inlier probability is that of the target, or of rows that are known besides") {
   random_source random(1);
   const position_set source = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
   const position_set target = scenes::set_in_order(scenes::random_stems(random, 300, 60, 60));
@@ -38,7 +46,7 @@ TEST_CASE("the chance of meeting is that of the target's stand, or of rows that 
   CHECK(null.inlier_probability(0.2) == of_rows.lattice_inlier_probability(0.2));
 }
 
-TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever was added to its heights") {
+TEST_CASE("a map registered to itself pairs all its stems, or a sample, whatever was added to its heights") {
   for (const std::size_t count : {50u, 20000u}) {
     CAPTURE(count);
     random_source random(2);
@@ -58,7 +66,7 @@ TEST_CASE("a map laid on itself meets itself, all of it or a sample, whatever wa
 }
 
 TEST_CASE(
-    "chance explains what a wrong motion makes of many stems around a place, but not what a right one does") {
+    "the null model explains what a wrong transform pairs around a place, but not what a right one does") {
   random_source random(3);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 900, 90, 90));
   const matching_context maps(stems, stems, true, four);
@@ -67,11 +75,11 @@ TEST_CASE(
   const scenes::transform_of_scene wrong = scenes::yaw_and_shift(0, {4.1, 2.3, 0});
   CHECK_FALSE(null.explains_around(rigid{}, middle, 40, 0.1));
   CHECK(null.explains_around(wrong, middle, 40, 0.1));
-  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // few stems tell nothing
+  CHECK_FALSE(null.explains_around(wrong, middle, 10, 0.1));  // of few stems nothing is known
   CHECK_FALSE(null.explains_around(scenes::yaw_and_shift(0, {1e4, 0, 0}), middle, 40, 0.1));
 }
 
-TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thousand would take") {
+TEST_CASE("unrelated maps rarely pair as many stems as an NFA of a thousandth takes") {
   int alarms = 0;
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     random_source random(seed);
@@ -79,7 +87,7 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
     const position_set target = scenes::set_in_order(scenes::random_stems(random, 60, 26, 26));
     const matching_context maps(source, target, true, four);
     const null_model null(maps);
-    // the best of many motions, those that lay one pair of stems on another
+    // the best of many transforms, those of one pair of stems onto another
     double best = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 300; ++i) {
       const std::vector<correspondence> start = {{random.below(60), random.below(60)},
@@ -97,26 +105,7 @@ TEST_CASE("unrelated maps rarely pair as many stems as one false alarm in a thou
   CHECK(alarms == 0);
 }
 
-TEST_CASE("scoring finds the threshold of the noise") {
-  for (const double sigma : {0.01, 0.03, 0.1}) {
-    random_source random(5);
-    const positions stems = scenes::random_stems(random, 150, 40, 40);
-    const position_set source = scenes::set_in_order(stems);
-    const position_set target = scenes::set_in_order(scenes::noisy(stems, sigma, random));
-    const matching_context maps(source, target, true, four);
-    local_hypothesis h;
-    const std::vector<double> thresholds = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113, 0.16, 0.226, 0.32, 0.45};
-    score_hypothesis(h, maps, null_model(maps), thresholds);
-    CAPTURE(sigma);
-    CHECK(h.inlier_threshold > 1.5 * sigma);
-    CHECK(h.inlier_threshold < 6 * sigma);
-    CHECK(h.log10_nfa < -50);
-    CHECK(h.correspondences == maps.pair_stems(h.target_from_source, h.inlier_threshold));
-    CHECK(h.rms < h.inlier_threshold);
-  }
-}
-
-TEST_CASE("stems that meet exactly are improbable, not impossible, so that copies of a map can be compared") {
+TEST_CASE("residuals of zero are improbable, not impossible, so that copies of a map can be compared") {
   const position_set stems = scenes::set_in_order(positions{{0, 0, 0}, {7, 1, 0}, {2, 9, 0}, {13, 4, 0}});
   for (const bool horizontal : {true, false}) {
     const matching_context maps(stems, stems, horizontal, four);
@@ -129,7 +118,7 @@ TEST_CASE("stems that meet exactly are improbable, not impossible, so that copie
   }
 }
 
-TEST_CASE("chance explains everything in maps of fewer than three stems") {
+TEST_CASE("nothing is significant in maps of fewer than three stems") {
   random_source random(1);
   for (const std::size_t count : {0u, 1u, 2u}) {
     const position_set few = scenes::set_in_order(scenes::random_stems(random, count, 10, 10));
@@ -139,6 +128,55 @@ TEST_CASE("chance explains everything in maps of fewer than three stems") {
     const auto residuals = null.residuals_under(rigid{}, 0.05, 0.05);
     CHECK(null.log10_nfa(residuals, 0.05) >= 0);
   }
+}
+
+TEST_CASE("the tests of the NFA are two source stems and target stems as far apart, at each threshold") {
+  random_source random(101);
+  const position_set source = uneven_stems(50, random), target = uneven_stems(300, random);
+  for (const auto dof : {four_dof, six_dof}) {
+    const matching_context maps(source, target, dof == four_dof, dof);
+    const background_density density(target, maps.target_index);
+    const std::vector<double> thresholds = {0.05, 0.1, 0.2};
+    const null_model null(maps, thresholds);
+    const double apart = std::min(extent(source), density.extent()) / 2, radius = density.stem_radius();
+    const double as_far = 4 * apart * 0.1 / (radius * radius);
+    REQUIRE(as_far < 300);
+    const double by_two = 300 * as_far * 50.0 * 50.0 / 2;
+    const double tests = 3 * (dof == four_dof ? by_two : by_two * 50 * as_far);
+    CHECK(null.log10_nfa({}, 0.1) == Approx(std::log10(tests)));
+  }
+}
+
+TEST_CASE("the probability of being as near grows with the area between two thresholds") {
+  random_source random(102);
+  const position_set target = uneven_stems(200, random);
+  const position_set source = transformed_stems({mat3::identity(), {0.22, 0, 3}}, target);
+  const matching_context maps(source, target, true, four_dof);
+  const std::vector<double> thresholds = {0.1, 0.3};
+  const null_model null(maps, thresholds);
+  const auto set = null.residuals_under(rigid::identity(), 0.3, 0.3);
+  REQUIRE(set.residuals.size() > 150);
+  const double low = null.inlier_probability(0.1), high = null.inlier_probability(0.3);
+  double sum = 0;
+  for (std::size_t i = 0; i < set.residuals.size(); ++i) {
+    const double squared = set.residuals[i] * set.residuals[i];
+    sum += squared < 0.01 ? low * squared / 0.01 : low + (high - low) * (squared - 0.01) / 0.08;
+    CHECK(set.cumulative_probability[i] == Approx(sum));
+  }
+}
+
+TEST_CASE("stems of other heights than most are no inliers, and the median of the rest is the offset") {
+  random_source random(103);
+  const position_set source = uneven_stems(41, random);
+  position_set target = transformed_stems({mat3::identity(), {0.01, 0.02, 6}}, source);
+  for (std::size_t i = 0; i < 41; ++i) target.at[i].z += i < 5 ? 2.5 : i < 10 ? -2.5 : 0.02 * double(i % 7);
+  const matching_context maps(source, target, false, four_dof, 1);
+  const auto set = null_model(maps).residuals_under(rigid::identity(), 0.1, 0.05);
+  CHECK(set.residuals.size() == 31);
+  std::vector<double> offsets;
+  for (std::size_t i = 0; i < 41; ++i) offsets.push_back(target.at[i].z - source.at[i].z);
+  std::sort(offsets.begin(), offsets.end());
+  CHECK(set.vertical_offset == Approx(offsets[20]));
 }
 
 }  // namespace globalmatch

@@ -106,4 +106,20 @@ TEST_CASE("gaps are the places of missing stems inside, with three neighbours or
   CHECK((gaps[2] - vec2{15, 18}).norm() < 0.5);
 }
 
+TEST_CASE("a skewed lattice maps to itself by whole steps along both shifts, and by half a turn alone") {
+  const lattice_shifts skewed{{2.1, 0.4}, {0.7, 2.9}};
+  CHECK(skewed.is_lattice_shift(3 * skewed.first - 2 * skewed.second));
+  CHECK_FALSE(skewed.is_lattice_shift(1.5 * skewed.first));
+  CHECK_FALSE(skewed.is_lattice_shift(skewed.first + 0.5 * skewed.second));
+  CHECK(skewed.turns().size() == 2);
+  CHECK(skewed.angle() == Approx(std::atan2(2.9, 0.7) - std::atan2(0.4, 2.1)));
+  CHECK(skewed.direction() == Approx(std::atan2(0.4, 2.1)));
+  const lattice_shifts square{{1.2, 1.6}, {-1.6, 1.2}};
+  CHECK(square.turns().size() == 4);
+  const lattice_shifts triangular{{2, 0}, {1, std::sqrt(3.0)}};
+  CHECK(triangular.turns().size() == 6);
+  const lattice_shifts flat{{3, 0}, {2.4, 0.9}};  // the third side is the shortest
+  CHECK(flat.search_radius() == Approx(0.3 * std::hypot(0.6, 0.9)));
+}
+
 }  // namespace globalmatch

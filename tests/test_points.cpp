@@ -61,7 +61,7 @@ struct sphere {
   double x, y, z;
   double radius() const { return 1; }
 };
-/// A foreign position in plan.
+/// A foreign horizontal position.
 struct grid_cell {
   int column, row;
 };
@@ -115,7 +115,7 @@ TEST_CASE(
   STATIC_REQUIRE(point<Eigen::Vector3d&&>);
 }
 
-TEST_CASE("numbers, text, types of a size known at run time only, and positions in plan are no points") {
+TEST_CASE("numbers, text, types of a size known at run time only, and horizontal positions are no points") {
   STATIC_REQUIRE_FALSE(point<double>);
   STATIC_REQUIRE_FALSE(point<const float*>);
   STATIC_REQUIRE_FALSE(point<std::string>);
@@ -200,7 +200,7 @@ TEST_CASE("xyz keeps all digits of doubles and of whole numbers below 2^53") {
   CHECK(xyz(integer_point{9007199254740991, -1, 0}) == vec3{9007199254740991.0, -1, 0});
 }
 
-TEST_CASE("xyz gives positions in plan the height 0") {
+TEST_CASE("xyz gives horizontal positions the height 0") {
   CHECK(xyz(horizontal_point{1, 2}) == vec3{1, 2, 0});
   CHECK(xyz(Eigen::Vector2d(1, 2)) == vec3{1, 2, 0});
   CHECK(xyz(std::array<double, 2>{1, 2}) == vec3{1, 2, 0});

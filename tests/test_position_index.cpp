@@ -53,7 +53,7 @@ void require_brute_force(const position_set& stems) {
 
 }  // namespace
 
-TEST_CASE("neighbours in plan equal those of brute force, on maps of any kind") {
+TEST_CASE("horizontal neighbours equal those of brute force, on maps of any kind") {
   random_source random(1);
   require_brute_force(scenes::set_in_order(scenes::random_stems(random, 120, 40, 40)));
   require_brute_force(scenes::set_in_order(scenes::random_stems(random, 60, 500, 2)));

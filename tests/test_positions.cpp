@@ -15,7 +15,7 @@ struct surveyed_stem {
   double east, north, height, uncertainty;
 };
 
-/// A type that knows how thick it is, as it says, not as its member would tell.
+/// A type that knows how thick it is, as it says, not as its member would.
 struct taped_stem {
   double east, north, girth;
   double radius = -1;
@@ -205,7 +205,7 @@ TEST_CASE("import_positions makes height along any up the z of its frame and kee
   }
 }
 
-TEST_CASE("positions in plan have no heights whatever the up") {
+TEST_CASE("horizontal positions have no heights whatever the up") {
   const std::vector<Eigen::Vector2d> stems = {{0, 0}, {5, 1}, {2, 7}};
   const position_set set = import_positions(stems, Eigen::Vector3d(0.1, 0.2, 0.9), "source");
   for (std::size_t i = 0; i < set.size(); ++i) {

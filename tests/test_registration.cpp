@@ -82,7 +82,7 @@ TEST_CASE("paper_options holds the values of the paper") {
   CHECK_NOTHROW(require_valid(options.icp));
 }
 
-TEST_CASE("register_maps lays the source on the target, refined unless icp is off") {
+TEST_CASE("register_maps registers the source to the target, refined unless icp is off") {
   random_source random(1);
   const positions stems = scenes::random_stems(random, 25, 25, 25);
   const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
@@ -148,7 +148,7 @@ TEST_CASE("where a vertical is that of the stems the fine registration turns fre
   CHECK(error() < 1e-4);
 }
 
-TEST_CASE("a registration that fails with four degrees of freedom tells which scan was not level") {
+TEST_CASE("a registration that fails with four degrees of freedom says which scan was not level") {
   random_source random(12);
   stem_map source = made_up_map(scenes::random_stems(random, 25, 25, 25));
   const stem_map target = made_up_map(scenes::random_stems(random, 25, 25, 25));
@@ -162,7 +162,7 @@ TEST_CASE("a registration that fails with four degrees of freedom tells which sc
   CHECK(register_maps(source, target, options).reason.find("The stems of") == std::string::npos);
 }
 
-TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapped stems") {
+TEST_CASE("register_maps distinguishes places of perfect rows by the radii of mapped stems") {
   random_source random(1);
   const positions stems = scenes::lattice(9, 8, 3);
   const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
@@ -181,7 +181,7 @@ TEST_CASE("register_maps tells places of perfect rows apart by the radii of mapp
   CHECK(result.matching.hypotheses.front().evidence == evidence_source::radii);
 }
 
-TEST_CASE("icp that does not converge leaves the coarse motion") {
+TEST_CASE("icp that does not converge leaves the coarse transform") {
   random_source random(3);
   const positions stems = scenes::random_stems(random, 25, 25, 25);
   stem_map source = made_up_map(stems);
@@ -278,7 +278,7 @@ TEST_CASE("register_scans names the option that makes no sense before it maps an
   CHECK_FALSE(mapped);
 }
 
-TEST_CASE("register_scans lays the real clouds on one another, 10 cm coarse and 3 cm fine", "[slow]") {
+TEST_CASE("register_scans registers the real clouds, 10 cm coarse and 3 cm fine", "[slow]") {
   const std::filesystem::path folder = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "clouds";
   if (!std::filesystem::exists(folder)) {
     WARN("skipped: there is no " << folder.string());

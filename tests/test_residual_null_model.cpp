@@ -15,7 +15,7 @@ namespace {
 
 using transforms = std::vector<std::vector<float>>;
 
-/// Misfits of so many pairs; `together` tells by how much all of them are larger or smaller than usual.
+/// Residuals of so many pairs; `together`: by how much all of them are larger or smaller than usual.
 std::vector<float> drawn(std::size_t pairs, double together, random_source& random) {
   const double scale = 0.1 * std::exp(together * random.normal());
   std::vector<float> residuals;
@@ -36,7 +36,8 @@ std::vector<float> times(double factor, std::vector<float> residuals) {
 
 }  // namespace
 
-TEST_CASE("by chance a fit is as improbable as is told, or less, also where all pairs fit or miss together") {
+TEST_CASE(
+    "under the null model a fit is as improbable as is said, or less, also where all pairs go together") {
   for (const double together : {0.0, 0.3, 1.0, 2.0})
     for (const std::size_t pairs : {12u, 30u, 100u}) {
       CAPTURE(together, pairs);
@@ -45,9 +46,9 @@ TEST_CASE("by chance a fit is as improbable as is told, or less, also where all 
         random_source random(seed);
         const residual_null_model null_model(drawn_transforms(200, pairs, together, random));
         for (int i = 0; i < 250; ++i, ++all) {
-          const double told = null_model.log_probability(drawn(pairs, together, random), 0);
-          in_ten += told <= std::log(0.1);
-          in_hundred += told <= std::log(0.01);
+          const double log_probability = null_model.log_probability(drawn(pairs, together, random), 0);
+          in_ten += log_probability <= std::log(0.1);
+          in_hundred += log_probability <= std::log(0.01);
         }
       }
       CHECK(in_ten > 0.07 * all);
@@ -57,7 +58,7 @@ TEST_CASE("by chance a fit is as improbable as is told, or less, also where all 
     }
 }
 
-TEST_CASE("the number of pairs need not be that of the motions that were learned from") {
+TEST_CASE("the number of pairs need not be that of the transforms that were learned from") {
   int all = 0, in_hundred = 0;
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     random_source random(seed);
@@ -70,18 +71,18 @@ TEST_CASE("the number of pairs need not be that of the motions that were learned
   CHECK(in_hundred < 0.02 * all);
 }
 
-TEST_CASE("pairs that fit several times better than others are told, the more of them the surer") {
+TEST_CASE("pairs that fit several times better than others are significant, the more of them the surer") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
   double before = 0;
   for (const std::size_t pairs : {12u, 25u, 50u, 100u}) {
-    const double told = null_model.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
-    CHECK(told < before - 5);
-    before = told;
+    const double log_probability = null_model.log_probability(times(0.2, drawn(pairs, 0, random)), 0);
+    CHECK(log_probability < before - 5);
+    before = log_probability;
   }
 }
 
-TEST_CASE("pairs that fit as well as others or worse are told by nothing") {
+TEST_CASE("pairs that fit as well as others or worse are not significant") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 50, 0, random));
   CHECK(null_model.log_probability(times(2, drawn(50, 0, random)), 0) == 0);
@@ -97,7 +98,7 @@ TEST_CASE("where pairs go together a good fit of all of them is less improbable"
   CHECK(together.log_probability(good, 0) < -1);
 }
 
-TEST_CASE("what a fit took of the scatter makes a good fit less improbable") {
+TEST_CASE("the noise that a fit took away makes a good fit less improbable") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 20, 0, random));
   const auto good = times(0.5, drawn(20, 0, random));
@@ -110,27 +111,27 @@ TEST_CASE("residuals in other units are worth the same, bit for bit") {
   const transforms known = drawn_transforms(100, 30, 0.3, random);
   transforms scaled;
   for (const auto& residuals : known) scaled.push_back(times(1024, residuals));
-  const residual_null_model null_model(known), chance_of_scaled(scaled);
+  const residual_null_model null_model(known), model_of_scaled(scaled);
   for (int i = 0; i < 20; ++i) {
     const auto residuals = times(0.5, drawn(30, 0, random));
-    const double told = null_model.log_probability(residuals, 1);
-    CHECK(told < 0);
-    CHECK(chance_of_scaled.log_probability(times(1024, residuals), 1) == told);
+    const double log_probability = null_model.log_probability(residuals, 1);
+    CHECK(log_probability < 0);
+    CHECK(model_of_scaled.log_probability(times(1024, residuals), 1) == log_probability);
   }
 }
 
-TEST_CASE("the order of the pairs and of the motions does not count") {
+TEST_CASE("the order of the pairs and of the transforms does not count") {
   random_source random(1);
   transforms known = drawn_transforms(50, 20, 0.3, random);
   auto residuals = times(0.5, drawn(20, 0, random));
-  const double told = residual_null_model(known).log_probability(residuals, 0);
+  const double log_probability = residual_null_model(known).log_probability(residuals, 0);
   std::reverse(known.begin(), known.end());
   std::reverse(residuals.begin(), residuals.end());
-  CHECK(told < -1);
-  CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(told));
+  CHECK(log_probability < -1);
+  CHECK(residual_null_model(known).log_probability(residuals, 0) == Approx(log_probability));
 }
 
-TEST_CASE("fewer than a dozen pairs are told by nothing, and nothing is learned from them") {
+TEST_CASE("fewer than a dozen pairs are not significant, and nothing is learned from them") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(100, 12, 0, random));
   REQUIRE(null_model.is_known());
@@ -142,7 +143,7 @@ TEST_CASE("fewer than a dozen pairs are told by nothing, and nothing is learned 
   CHECK(of_few.log_probability(std::vector<float>(12, 0), 0) == 0);
 }
 
-TEST_CASE("where there is nothing to learn from chance is not known") {
+TEST_CASE("where there is nothing to learn from the null model is not known") {
   CHECK_FALSE(residual_null_model().is_known());
   CHECK_FALSE(residual_null_model(transforms{}).is_known());
   CHECK_FALSE(residual_null_model(transforms(20)).is_known());
@@ -150,7 +151,7 @@ TEST_CASE("where there is nothing to learn from chance is not known") {
   CHECK(residual_null_model(transforms(20)).log_probability(std::vector<float>(12, 0), 0) == 0);
 }
 
-TEST_CASE("residuals that are all equal tell nothing, though smaller ones do") {
+TEST_CASE("residuals that are all equal are not significant, though smaller ones are") {
   for (const float size : {0.f, 0.25f}) {
     const residual_null_model null_model(transforms(30, std::vector<float>(40, size)));
     REQUIRE(null_model.is_known());
@@ -180,9 +181,45 @@ TEST_CASE("residuals in few steps, as of radii to the centimetre, are no better 
 TEST_CASE("some of many residuals are enough to learn from") {
   random_source random(1);
   const residual_null_model null_model(drawn_transforms(400, 500, 0, random));
-  const double told = null_model.log_probability(drawn(500, 0, random), 0);
-  CHECK(told > -5);
+  const double log_probability = null_model.log_probability(drawn(500, 0, random), 0);
+  CHECK(log_probability > -5);
   CHECK(null_model.log_probability(times(0.5, drawn(500, 0, random)), 0) < -50);
+}
+
+TEST_CASE("residuals count by the logarithm of the share of known ones that are larger") {
+  std::vector<std::vector<float>> known(1);
+  for (int i = 0; i < 2000; ++i) known[0].push_back(float((i * 769 % 2000) + 1));
+  const residual_null_model model(known);
+  std::vector<float> asked;
+  double surprisal = 0;
+  for (int i = 0; i < 20; ++i) {
+    asked.push_back(float(20 * i + 10));
+    surprisal += -std::log(1 - (20.0 * i + 10) / 2001);
+  }
+  for (const double fitted : {0.0, 1.5})
+    CHECK(model.log_probability(asked, fitted) ==
+          Approx(log_gamma_tail(surprisal, 20 - fitted)).epsilon(0.01));
+}
+
+TEST_CASE("residuals that go together in the known transforms make a good fit less improbable") {
+  random_source random(113);
+  std::vector<std::vector<float>> known;
+  std::vector<double> factors;
+  for (int i = 0; i < 200; ++i) {
+    const double scale = std::exp(0.5 * random.normal());
+    known.emplace_back();
+    for (int k = 0; k < 40; ++k) known.back().push_back(float(-scale * std::log(1 - random.uniform())));
+  }
+  const residual_null_model model(known);
+  int improbable = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const double scale = std::exp(0.5 * random.normal());
+    std::vector<float> residuals;
+    for (int k = 0; k < 40; ++k) residuals.push_back(float(-scale * std::log(1 - random.uniform())));
+    improbable += model.log_probability(residuals, 0) < std::log(0.05);
+  }
+  CHECK(improbable > 0.02 * 2000);
+  CHECK(improbable < 0.09 * 2000);
 }
 
 }  // namespace globalmatch

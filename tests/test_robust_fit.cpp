@@ -1,14 +1,25 @@
 #include "globalmatch/detail/matching/robust_fit.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
+#include <vector>
 
 #include "catch.hpp"
 #include "stem_scenes.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::four_dof;
+using scenes::pairing_all;
+using scenes::six_dof;
+using scenes::some_transform;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
 
 using scenes::positions;
 
@@ -37,7 +48,7 @@ struct scene {
   }
 };
 
-/// `sigma(i)` [m]: standard deviation of the coordinates of stem i in plan.
+/// `sigma(i)` [m]: standard deviation of the horizontal coordinates of stem i.
 scene noisy_scene(random_source& random, std::size_t stems, const auto& sigma) {
   scene s;
   const positions at = scenes::random_stems(random, stems, 40, 40);
@@ -107,7 +118,7 @@ TEST_CASE("stems that are known to be uncertain move the fit less, whichever map
   }
 }
 
-TEST_CASE("a robust fit stands: its pairs are those of its motion, and its rms theirs") {
+TEST_CASE("a robust fit is consistent: its pairs are those of its transform, and its rms theirs") {
   random_source random(4);
   for (int iteration = 0; iteration < 20; ++iteration) {
     const scene s = noisy_scene(random, 25, [](std::size_t i) { return i % 5 == 0 ? 0.15 : 0.02; });
@@ -155,7 +166,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
   }
 }
 
-TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as they are") {
+TEST_CASE("a robust fit of too few pairs to estimate their noise leaves them as they are") {
   random_source random(6);
   const scene s = noisy_scene(random, 5, [](std::size_t) { return 0.05; });
   const matching_context maps(s.source, s.target, false, four);
@@ -167,7 +178,7 @@ TEST_CASE("a robust fit of too few pairs to tell their scatter leaves them as th
   CHECK(h.correspondences == given.correspondences);
 }
 
-TEST_CASE("pairs are completed as far as their scatter reaches, and no farther") {
+TEST_CASE("pairs are completed as far as their noise goes, and no farther") {
   random_source random(9);
   const scene s = noisy_scene(random, 200, [](std::size_t) { return 0.02; });
   const matching_context maps(s.source, s.target, false, four);
@@ -197,6 +208,75 @@ TEST_CASE("pairs are completed as far as their scatter reaches, and no farther")
     CHECK(h.inlier_threshold == few.inlier_threshold);
     CHECK(h.correspondences == few.correspondences);
   }
+}
+
+TEST_CASE("the variance of a pair is the sum of the squares of both sigmas") {
+  random_source random(104);
+  position_set source = uneven_stems(8, random), target = source;
+  source.sigma = {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8};
+  const matching_context one(source, target, false, four_dof);
+  CHECK(known_variance(one, {2, 5}) == Approx(0.09));
+  target.sigma = {0.01, 0.02, 0.03, 0.04, 0.05, 0.5, 0.07, 0.08};
+  const matching_context both(source, target, false, four_dof);
+  CHECK(known_variance(both, {2, 5}) == Approx(0.09 + 0.25));
+}
+
+TEST_CASE("robust weights are Tukey's over the variance of each pair") {
+  random_source random(105);
+  position_set source = uneven_stems(30, random);
+  position_set target = transformed_stems(some_transform(), source);
+  for (std::size_t i = 0; i < 30; ++i) {
+    source.sigma.push_back(0.02 + 0.005 * double(i));
+    target.at[i] += {0.3 * random.normal(), 0.1 * random.normal(), 0};
+  }
+  const matching_context maps(source, target, false, four_dof, 10);
+  const local_hypothesis h = pairing_all(30, some_transform());
+  const double unknown = 0.0004;
+  const auto weights = robust_weights(maps, h, unknown);
+  std::size_t zeros = 0;
+  for (std::size_t i = 0; i < 30; ++i) {
+    const double variance = source.sigma[i] * source.sigma[i] + unknown;
+    const double distance = (some_transform() * source.at[i] - target.at[i]).xy().norm();
+    const double share = distance / (4.685 * std::sqrt(variance));
+    const double expected = share < 1 ? std::pow(1 - share * share, 2) / variance : 0;
+    zeros += expected == 0;
+    CHECK(weights[i] == Approx(expected));
+  }
+  CHECK(zeros > 3);
+  CHECK(zeros < 27);
+}
+
+TEST_CASE("the observed variance is that of the noise of a coordinate, from many pairs or few") {
+  random_source random(106);
+  for (const auto dof : {four_dof, six_dof})
+    for (const std::size_t count : {8u, 60u}) {
+      CAPTURE(int(dof), count);
+      constexpr int trials = 400;
+      double mean = 0;
+      const position_set source = uneven_stems(count, random);
+      for (int trial = 0; trial < trials; ++trial) {
+        position_set target = transformed_stems(some_transform(), source);
+        for (vec3& p : target.at) p += 0.05 * vec3{random.normal(), random.normal(), random.normal()};
+        const matching_context maps(source, target, false, dof, 10);
+        local_hypothesis h = pairing_all(count, some_transform());
+        h.target_from_source = *maps.fit(h.correspondences);
+        mean += observed_variance(maps, h) / trials;
+      }
+      CHECK(mean == Approx(0.05 * 0.05).epsilon(count == 8 ? 0.3 : 0.08));
+    }
+}
+
+TEST_CASE("what the known variances leave of the observed one is unknown") {
+  random_source random(107);
+  position_set source = uneven_stems(400, random);
+  position_set target = transformed_stems(some_transform(), source);
+  for (vec3& p : target.at) p += 0.1 * vec3{random.normal(), random.normal(), random.normal()};
+  source.sigma.assign(400, 0.06);
+  const matching_context maps(source, target, false, four_dof, 10);
+  const local_hypothesis h = pairing_all(400, some_transform());
+  CHECK(unknown_variance(maps, h) == Approx(0.1 * 0.1 - 0.06 * 0.06).epsilon(0.15));
+  source.sigma.assign(400, 0.2);
+  CHECK(unknown_variance(maps, h) == Approx(0.1 * observed_variance(maps, h)));
 }
 
 }  // namespace globalmatch

@@ -1,11 +1,19 @@
 #include "globalmatch/detail/mapping/stem_base.hpp"
 
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
 #include "catch.hpp"
 #include "forest_scenes.hpp"
+#include "leaning_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::ground_of;
 
 using Vector3d = vec3;
 using scenes::leaning;
@@ -55,7 +63,8 @@ terrain with_ground(const scenes::slope& plane, double step, const Sees& sees) {
 }  // namespace
 
 TEST_CASE(
-    "the ground at a stem is that of the slope around it, whatever its foot and the shrubs beside it lift") {
+    "the ground at a stem is that of the slope around it, whatever its root flare and the shrubs beside it "
+    "lift") {
   const scenes::slope plane{20, 40};
   terrain ground = with_ground(plane, 0.25, [](double, double) { return true; });
   const double truth = plane(10, 10);
@@ -88,13 +97,63 @@ TEST_CASE(
   CHECK_FALSE(ground_at(sloped_terrain(plane), 10, 10, 0.1));
 }
 
-TEST_CASE("an axis that meets the ground beyond the terrain has no foot there") {
+TEST_CASE("an axis that meets the ground beyond the terrain has no stem base there") {
   const terrain ground = sloped_terrain({});
   CHECK_FALSE(intersect_terrain(upright(-0.1, 5, 1, 0.1), ground));
   CHECK_FALSE(intersect_terrain(upright(5, 1e9, 1, 0.1), ground));
   CHECK_FALSE(intersect_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 0), ground));
   CHECK(intersect_terrain(leaning(0.2, 5, 1.5, 0.1, 20, 180), ground));
   CHECK_FALSE(intersect_terrain(upright(5, 5, 1, 0.1), terrain{}));
+}
+
+TEST_CASE("the ground at a stem is a plane whose points count less the farther they are from it") {
+  const double x = 9.7, y = 8.3, radius = 0.3;
+  const auto height = [](double at_x, double at_y) {
+    return 3 + 0.1 * at_x - 0.2 * at_y + 0.02 * (at_x - 9.7) * (at_x - 9.7);
+  };
+  terrain ground = ground_of(height, x, y, 0.3);
+  ground.ground.front().x = float(x + 0.34);  // lifted by the root flare
+  ground.ground.front().y = float(y);
+  std::swap(ground.ground.front(),
+            ground.ground[ground.first_ground[ground.node(int(x / 0.5), int(y / 0.5))]]);
+  for (vec3f& p : ground.ground)
+    if (std::hypot(p.x - x, p.y - y) < radius + 0.07) p.z += 0.015f;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  double weights = 0;
+  const auto visit = [&](const auto& use) {
+    for (const vec3f& p : ground.ground) {
+      const double dx = p.x - x, dy = p.y - y, distance = std::hypot(dx, dy);
+      if (distance <= radius + 0.07 || distance >= 1) continue;
+      use(Eigen::Vector3d(1, dx, dy), double(p.z), std::pow(1 + distance * distance / 0.04, -2));
+    }
+  };
+  visit([&](const Eigen::Vector3d& row, double z, double weight) {
+    normal += weight * row * row.transpose();
+    right += weight * z * row;
+    weights += weight;
+  });
+  normal(1, 1) += 3e-3 * weights;
+  normal(2, 2) += 3e-3 * weights;
+  const double expected = 3 + 0.1 * x - 0.2 * y;
+  Eigen::Vector3d shifted = Eigen::Vector3d::Zero();  // heights above the place, as a ridge asks for
+  visit(
+      [&](const Eigen::Vector3d& row, double z, double weight) { shifted += weight * (z - expected) * row; });
+  const Eigen::Vector3d plane = normal.ldlt().solve(shifted);
+  const auto found = ground_at(ground, x, y, radius);
+  REQUIRE(found);
+  CHECK(found->height == Approx(expected + plane[0]).margin(5e-4));
+  CHECK(found->sigma == Approx(0.6 * 0.02 * std::sqrt(normal.inverse()(0, 0))).epsilon(0.1));
+}
+
+TEST_CASE("what stands out of the ground upwards does not lift it at a stem, while a pit there lowers it") {
+  const auto flat = [](double, double) { return 4.0; };
+  terrain raised = ground_of(flat, 0, 0, 0);
+  for (std::size_t i = 0; i < raised.ground.size(); i += 4) raised.ground[i].z += 0.2f;
+  CHECK(ground_at(raised, 10.1, 9.2, 0.1)->height == Approx(4).margin(0.01));
+  terrain lowered = ground_of(flat, 0, 0, 0);
+  for (std::size_t i = 0; i < lowered.ground.size(); i += 4) lowered.ground[i].z -= 0.2f;
+  CHECK(ground_at(lowered, 10.1, 9.2, 0.1)->height < 3.97);
 }
 
 }  // namespace globalmatch

@@ -48,7 +48,7 @@ double horizontal_error(const cylinder& truth, const cylinder& found) {
   return (truth.at_height(1.5) - found.at_height(1.5)).xy().norm();
 }
 
-/// The smallest distance in plan at 1.5 m of any stem found from the true one.
+/// The smallest horizontal distance at 1.5 m of any stem found from the true one.
 double horizontal_error(const cylinder& truth, const stem_cylinders& found) {
   double least = 1e9;
   for (const stem_cylinder& s : found.stems) least = std::min(least, horizontal_error(truth, s.cylinder));

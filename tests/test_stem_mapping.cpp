@@ -59,7 +59,7 @@ std::vector<Vector3d> moved(const scenes::cloud& scan, const Eigen::Isometry3d& 
   return points;
 }
 
-/// Checks that a map holds the stems of the plot, as a motion lays them, and no others.
+/// Checks that a map holds the stems of the plot, under a transform, and no others.
 void check_finds(const stem_map& map, const plot& truth,
                  const Eigen::Isometry3d& transform = Eigen::Isometry3d::Identity()) {
   CHECK(map.stems.size() == truth.stems.size());
@@ -319,7 +319,7 @@ TEST_CASE("outliers and points that are not finite do not change the stems found
     }
 }
 
-TEST_CASE("a scan without stems has an empty map and a funnel that tells where they were lost") {
+TEST_CASE("a scan without stems has an empty map and a funnel that says where they were lost") {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   random_source random(13);
   scenes::cloud line, wall;

@@ -131,7 +131,7 @@ TEST_CASE("match_stems does not register two unrelated maps of thirty stems") {
   }
 }
 
-TEST_CASE("match_stems never registers unrelated rows, however many stems meet along them", "[slow]") {
+TEST_CASE("match_stems never registers unrelated rows, however many stems are inliers along them", "[slow]") {
   for (const int rows : {10, 20, 40}) {
     CAPTURE(rows);
     for (std::uint64_t seed = 0; seed < 4; ++seed) {
@@ -252,7 +252,7 @@ TEST_CASE("match_stems calls a perfect lattice ambiguous") {
   }
 }
 
-TEST_CASE("the rivals of a lattice are its shifts and turns") {
+TEST_CASE("the alternatives of a lattice are its shifts and turns") {
   random_source random(1);
   const positions stems = scenes::lattice(8, 7, 2.5);
   const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
@@ -369,7 +369,7 @@ TEST_CASE("stems that stand anywhere have no lattice") {
   CHECK(result.hypotheses.front().evidence == evidence_source::positions);
 }
 
-TEST_CASE("what is registered tells how far off it may be, in the target's frame, for any up") {
+TEST_CASE("what is registered says how far off it may be, in the target's frame, for any up") {
   const Eigen::Vector3d up(0.2, -0.1, 1);
   for (const degrees_of_freedom dof : {degrees_of_freedom::four, degrees_of_freedom::six}) {
     random_source random(2);
@@ -394,7 +394,7 @@ TEST_CASE("what is registered tells how far off it may be, in the target's frame
   }
 }
 
-TEST_CASE("match_stems takes positions of any type and says whether it compared in plan") {
+TEST_CASE("match_stems takes positions of any type and says whether it compared horizontally") {
   random_source random(1);
   const positions stems = scenes::random_stems(random, 14, 20, 20);
   const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.4, {3, -8, 2});
@@ -421,7 +421,7 @@ TEST_CASE("match_stems takes positions of any type and says whether it compared 
   });
 }
 
-TEST_CASE("match_stems in plan ignores heights that are wrong by metres") {
+TEST_CASE("horizontal match_stems ignores heights that are wrong by metres") {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     INFO("seed " << seed);
     random_source random(seed);
@@ -536,7 +536,7 @@ TEST_CASE("the matching funnel counts queries and candidates of the triangle ind
   CHECK(result.funnel.correspondences == 15);
 }
 
-TEST_CASE("both proposals find the same motion") {
+TEST_CASE("both proposals find the same transform") {
   for (std::uint64_t seed = 0; seed < 5; ++seed) {
     random_source random(seed);
     const auto views = scenes::half_overlapping_views(random, 50);
@@ -548,7 +548,7 @@ TEST_CASE("both proposals find the same motion") {
   }
 }
 
-TEST_CASE("without a tolerance the one of the noise is found, and the motion is right") {
+TEST_CASE("without a threshold the one of the noise is found, and the transform is right") {
   for (const double sigma : {0.01, 0.05, 0.15}) {
     random_source random(11);
     const positions stems = scenes::random_stems(random, 80, 35, 35);

@@ -1,12 +1,24 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_positions.hpp"
 
+#include <cmath>
+#include <cstddef>
+#include <tuple>
+#include <vector>
+
 #include "catch.hpp"
 #include "forest_scenes.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
+#include "leaning_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::all_of;
+using scenes::as_local_points;
+using scenes::ground_of;
+using scenes::points_on;
 
 using Eigen::Vector3d;
 using scenes::leaning;
@@ -169,7 +181,7 @@ TEST_CASE("axes of stems are turned into the frame of the scan") {
   CHECK((from_eigen(stems[0].position) - ground.frame.to_scan({10, 10, 0})).norm() < 1e-12);
 }
 
-TEST_CASE("a stem tells whether the ground was seen where it stands") {
+TEST_CASE("a stem says whether the ground was seen where it stands") {
   terrain ground = sloped_terrain({});
   ground.has_data[ground.node(20, 20)] = 0;
   const auto stems = locate_stems(
@@ -189,6 +201,55 @@ TEST_CASE("a stem is a point, with a radius and a sigma") {
   CHECK(xyz(s) == vec3{1, 2, 3});
   CHECK(point_traits<stem>::radius(s) == 0.2);
   CHECK(point_traits<stem>::position_sigma(s) == 0.01);
+}
+
+TEST_CASE("a thin fragment within the radius of a thick stem is of that stem") {
+  random_source random(8);
+  const terrain ground = ground_of([](double, double) { return 2.0; }, 0, 0, 0);
+  for (const double apart : {0.2, 0.35}) {
+    stem_cylinders found;
+    found.distance_tolerance = 0.02;
+    std::vector<vec3> points;
+    for (const auto& [x, radius, count] : {std::tuple(5.0, 0.3, 300), std::tuple(5.0 + apart, 0.08, 100)}) {
+      stem_cylinder stem;
+      stem.cylinder = {{x, 6, 3.5}, {0, 0, 1}, radius, 0};
+      for (const vec3& p : points_on(stem.cylinder, std::size_t(count), -1, 1, 3, random)) {
+        stem.support.push_back(point_index(points.size()));
+        points.push_back(p);
+      }
+      found.stems.push_back(stem);
+    }
+    const auto merged = merge_fragments(found, as_local_points(points), ground, {});
+    CHECK(merged.size() == (apart < 0.3 ? 1u : 2u));
+    CHECK(merged.front().support.size() == (apart < 0.3 ? 400u : 300u));
+  }
+}
+
+TEST_CASE("a located stem has the radius and its uncertainty at breast height, in the frame of the scan") {
+  random_source random(9);
+  terrain ground = ground_of([](double x, double y) { return 20 + 0.15 * x - 0.1 * y; }, 0, 0, 0);
+  ground.frame = {{400000, 5200000, 700}, levelling_rotation(vec3{0.3, -0.2, 0.9})};
+  stem_cylinder found;
+  found.cylinder = {{8.4, 12.1, 22.6}, vec3{0.25, 0.1, 1}.normalized(), 0.31, 0.03};
+  const auto points = points_on(found.cylinder, 200, -0.5, 1.2, 2, random);
+  found.support = all_of(points.size());
+  const cylinder_options options{.usual_taper = 0.03, .taper_weight = 2};
+  found.covariance = cylinder_covariance(found.cylinder, points, 0.02, options);
+  const auto s = locate_stem(found, as_local_points(points), ground);
+  REQUIRE(s);
+  const cylinder& c = found.cylinder;
+  const vec3 base = ground.frame.to_local(from_eigen(s->position));
+  CHECK(base.z == Approx(20 + 0.15 * base.x - 0.1 * base.y).margin(0.02));
+  CHECK(c.axis_distance(base) < 1e-6);
+  CHECK(s->height_sigma > 0);
+  CHECK((ground.frame.rotation * from_eigen(s->axis) - c.axis).norm() < 1e-9);
+  const double along = (base.z - c.point.z) / c.axis.z, breast = along + 1.3 / c.axis.z;
+  CHECK(s->radius == Approx(c.radius - c.taper * breast));
+  const double lean = std::hypot(c.axis.x, c.axis.y) / c.axis.z;
+  CHECK(s->radius_sigma ==
+        Approx(std::hypot(2.3 * radius_uncertainty(found.covariance, breast), c.taper * s->height_sigma)));
+  CHECK(s->position_sigma ==
+        Approx(std::hypot(2.3 * axis_uncertainty(found.covariance, along), lean * s->height_sigma)));
 }
 
 }  // namespace globalmatch

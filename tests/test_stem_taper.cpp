@@ -1,13 +1,23 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/stem_taper.hpp"
 
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
+#include "leaning_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::all_of;
+using scenes::as_local_points;
+using scenes::ground_of;
+using scenes::points_on;
 
 using Eigen::Vector3d;
 using scenes::sloped_terrain;
@@ -48,7 +58,7 @@ struct tapered_stand {
     }
   }
 
-  /// [m] median distance in plan of the feet of the stems of the second kind from the true ones.
+  /// [m] median horizontal distance of the bases of the stems of the second kind from the true ones.
   double error_of(const std::vector<stem_cylinder>& stems, int from) const {
     std::vector<double> errors;
     for (std::size_t i = std::size_t(from); i < stems.size(); ++i)
@@ -62,7 +72,7 @@ struct tapered_stand {
 
 }  // namespace
 
-TEST_CASE("the common taper is that of the stems with most support, and is told by ten of them only") {
+TEST_CASE("the common taper is that of the stems with most support, and is estimated from ten of them only") {
   tapered_stand stand(15, 25, 0, 0.02);
   std::reverse(stand.found.begin(), stand.found.end());  // the others come first
   const auto taper_of = [&](const std::vector<stem_cylinder>& stems) {
@@ -94,7 +104,7 @@ TEST_CASE("the root flare does not move a stem") {
   CHECK(stand.error_of(refitted, 0) < 0.001);
 }
 
-TEST_CASE("cylinders proper, stems off the terrain and stems seen at their foot only stay as they are") {
+TEST_CASE("cylinders proper, stems off the terrain and stems seen at their base only stay as they are") {
   const tapered_stand stand(1, 1, 0);
   const auto is_same = [&](const std::vector<stem_cylinder>& stems) {
     for (std::size_t i = 0; i < stems.size(); ++i)
@@ -123,6 +133,44 @@ TEST_CASE("stems are refitted to the same bits by any number of threads") {
     CHECK(one[i].cylinder.point == four[i].cylinder.point);
     CHECK(one[i].covariance.numbers == four[i].covariance.numbers);
   }
+}
+
+TEST_CASE("the root flare ends so high above the ground where the stem stands, not above zero") {
+  random_source random(6);
+  const terrain ground = ground_of([](double x, double) { return 30 + 0.1 * x; }, 0, 0, 0);
+  stem_cylinder stem;
+  stem.cylinder = {{8.2, 11.4, 32}, vec3{0.1, 0.05, 1}.normalized(), 0.2, 0.01};
+  const auto points = points_on(stem.cylinder, 500, -1.3, 1.5, 3, random);
+  stem.support = all_of(points.size());
+  const auto base = intersect_terrain(stem.cylinder, ground);
+  REQUIRE(base);
+  CHECK(base->z == Approx(30 + 0.1 * base->x).margin(1e-4));
+  const auto above = above_root_flare(stem, as_local_points(points), ground);
+  CHECK(above.size() == std::size_t(std::count_if(points.begin(), points.end(),
+                                                  [&](const vec3& p) { return p.z > base->z + 0.4; })));
+  CHECK(above.size() < points.size() - 20);
+}
+
+TEST_CASE("the common taper is that of the best seen stems, as a share of their radius") {
+  random_source random(7);
+  const terrain ground = ground_of([](double, double y) { return 5 + 0.05 * y; }, 0, 0, 0);
+  std::vector<vec3> points;
+  std::vector<stem_cylinder> stems;
+  for (int i = 0; i < 60; ++i) {
+    const bool best = i % 4 == 1;
+    stem_cylinder stem;
+    const double radius = 0.1 + 0.004 * i;
+    stem.cylinder = {
+        {1.5 + 2 * (i % 9), 1.2 + 2 * (i / 9), 7}, {0, 0, 1}, radius, (best ? 0.05 : 0.005) * radius};
+    for (const vec3& p : points_on(stem.cylinder, best ? 300 : 150, -1, 2, 5, random)) {
+      stem.support.push_back(point_index(points.size()));
+      points.push_back(p);
+    }
+    stems.push_back(stem);
+  }
+  const auto taper = common_taper(stems, as_local_points(points), ground, 0.03, {.usual_taper = 0.005});
+  REQUIRE(taper);
+  CHECK(*taper == Approx(0.05).epsilon(0.1));
 }
 
 }  // namespace globalmatch

@@ -35,7 +35,7 @@ void require_rotation(const Eigen::Isometry3d& transform) {
 
 }  // namespace
 
-TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
+TEST_CASE("fit_transform recovers an exact transform, 4-DoF and 6-DoF") {
   for (std::uint64_t seed = 0; seed < 50; ++seed)
     for (const auto dof : {four, six}) {
       INFO("seed " << seed << ", dof " << int(dof));
@@ -50,7 +50,7 @@ TEST_CASE("fit_transform recovers an exact motion, 4-DoF and 6-DoF") {
     }
 }
 
-TEST_CASE("fit_transform recovers an exact motion of coordinates of a million metres") {
+TEST_CASE("fit_transform recovers an exact transform of coordinates of a million metres") {
   random_source random(51);
   const positions near = random_points(random, 10);
   const positions source = scenes::moved(scenes::yaw_and_shift(0, {1e6, 5e6, 1e3}), near);
@@ -62,7 +62,7 @@ TEST_CASE("fit_transform recovers an exact motion of coordinates of a million me
   }
 }
 
-TEST_CASE("fit_transform leaves no smaller sum of squares to any motion nearby") {
+TEST_CASE("fit_transform leaves no smaller sum of squares to any transform nearby") {
   for (const auto dof : {four, six}) {
     random_source random(52);
     const positions source = random_points(random, 12);
@@ -148,7 +148,7 @@ TEST_CASE("6-DoF rotates points of one plane exactly") {
   CHECK(transform->isApprox(truth, 1e-12));
 }
 
-TEST_CASE("fit_transform gives nothing when the points do not determine the motion") {
+TEST_CASE("fit_transform gives nothing when the points do not determine the transform") {
   const Eigen::Vector3d far_away(1e6, 5e6, 1e3), direction(0.6, 0.64, 0.48);
   positions pile, pole, line;
   for (int i = 0; i < 7; ++i) {

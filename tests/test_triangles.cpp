@@ -222,7 +222,7 @@ TEST_CASE("horizontal triangles do not depend on heights") {
   }
 }
 
-TEST_CASE("the height of a triangle in plan equals area over longest edge") {
+TEST_CASE("the horizontal width of a triangle equals area over longest edge") {
   random_source random(9);
   const position_set stems = scenes::set_in_order(scenes::random_stems(random, 20, 30, 30));
   for (const triangle& t : build_triangles(stems, true)) {

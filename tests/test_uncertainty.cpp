@@ -8,11 +8,19 @@
 #include <limits>
 
 #include "catch.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "noisy_match.hpp"
+#include "uneven_stems.hpp"
 
 namespace globalmatch {
 
 using namespace detail;
+
+using scenes::four_dof;
+using scenes::pairing_all;
+using scenes::some_transform;
+using scenes::transformed_stems;
+using scenes::uneven_stems;
 
 using scenes::noisy_match;
 using scenes::reported_uncertainty;
@@ -110,7 +118,7 @@ TEST_CASE("stems that are known to be certain count for more") {
   CHECK(told->expected_error({0, 0, 0}) != Approx(alike));
 }
 
-TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
+TEST_CASE("three pairs determine no uncertainty, and horizontal maps none of height") {
   random_source random(6);
   const noisy_match three(3, four, 0.05, random);
   CHECK(!reported_uncertainty(three));
@@ -122,7 +130,7 @@ TEST_CASE("three pairs tell no uncertainty, and maps in plan none of height") {
   CHECK(u->covariance(0, 0) > 0);
 }
 
-TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
+TEST_CASE("in the caller's frame the uncertainty is that of the same transform") {
   random_source random(7);
   for (const degrees_of_freedom dof : {four, six}) {
     noisy_match match(12, dof, 0.05, random);
@@ -135,6 +143,81 @@ TEST_CASE("in the caller's frame the uncertainty is that of the same motion") {
     CHECK((rotation * there.at(to_eigen(frame.to_scan(from_eigen(p)))) * rotation.transpose() - u->at(p))
               .norm() < 1e-9 * u->at(p).norm());
     CHECK(there.up.isApprox(Eigen::Vector3d(0.3, -0.2, 1).normalized()));
+  }
+}
+
+TEST_CASE("the variance of the height is that of a median of as many offsets") {
+  random_source random(108);
+  constexpr std::size_t count = 30;
+  constexpr int trials = 2000;
+  const position_set source = uneven_stems(count, random);
+  double squares = 0, expected = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    position_set target = transformed_stems(some_transform(), source);
+    for (vec3& p : target.at) p.z += 0.2 * random.normal();
+    const matching_context maps(source, target, false, four_dof, 10);
+    local_hypothesis h = pairing_all(count, some_transform());
+    h.target_from_source = *maps.fit(h.correspondences);
+    squares += std::pow(h.target_from_source.translation.z - some_transform().translation.z, 2) / trials;
+    expected += variance_of_height(h, maps) / trials;
+  }
+  CHECK(expected == Approx(squares * 29.0 / 27.0).epsilon(0.15));  // Student's t makes it so much larger
+}
+
+TEST_CASE("the covariance of a transform is that of weighted least squares over small shifts and turns") {
+  random_source random(109);
+  for (const bool four : {true, false}) {
+    const int unknowns = four ? 3 : 6, dimensions = four ? 2 : 3;
+    residual_adjustment adjustment(four);
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
+    double squares = 0;
+    constexpr int count = 12;
+    for (int i = 0; i < count; ++i) {
+      const Eigen::Vector3d arm(3 + 8 * random.uniform(), -5 * random.uniform(), 1 + random.uniform());
+      const Eigen::Vector3d residual(0.1 * random.normal(), 0.2 * random.normal(), 0.3 * random.normal());
+      const double variance = 0.01 * (1 + i);
+      adjustment.add(from_eigen(arm), from_eigen(residual), variance);
+      Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, unknowns);
+      for (int k = 0; k < dimensions; ++k) jacobian(k, k) = 1;
+      for (int k = dimensions; k < unknowns; ++k) {
+        const Eigen::Vector3d axis = Eigen::Vector3d::Unit(four ? 2 : k - 3);
+        jacobian.col(k) = (Eigen::AngleAxisd(1e-6, axis) * arm - Eigen::AngleAxisd(-1e-6, axis) * arm) / 2e-6;
+      }
+      normal += jacobian.topRows(dimensions).transpose() * jacobian.topRows(dimensions) / variance;
+      squares += residual.head(dimensions).squaredNorm() / variance;
+    }
+    const double degrees = dimensions * count - unknowns;
+    const Eigen::MatrixXd expected = degrees / (degrees - 2) * squares / (0.95 * degrees) * normal.inverse();
+    const small_matrix covariance = adjustment.covariance();
+    for (int r = 0; r < unknowns; ++r)
+      for (int c = 0; c < unknowns; ++c)
+        CHECK(covariance(std::size_t(r), std::size_t(c)) ==
+              Approx(expected(r, c)).margin(1e-6 * std::sqrt(expected(r, r) * expected(c, c))));
+  }
+}
+
+TEST_CASE("a covariance in the frame of the caller is turned back with its axes") {
+  random_source random(110);
+  const local_frame frame{{1000, 2000, 30}, levelling_rotation(vec3{0.5, -0.7, 1})};
+  const Eigen::Matrix3d back = to_eigen(frame.rotation).transpose();
+  for (const std::size_t size : {4u, 6u}) {
+    local_uncertainty local;
+    local.center = {3, -4, 5};
+    local.covariance.size = size;
+    for (int k = 0; k < 8; ++k) {
+      small_vector row{};
+      for (std::size_t i = 0; i < size; ++i) row[i] = random.normal();
+      local.covariance.add_square(row, 1);
+    }
+    Eigen::MatrixXd given(size, size),
+        turned = Eigen::MatrixXd::Identity(Eigen::Index(size), Eigen::Index(size));
+    for (std::size_t r = 0; r < size; ++r)
+      for (std::size_t c = 0; c < size; ++c) given(Eigen::Index(r), Eigen::Index(c)) = local.covariance(r, c);
+    turned.topLeftCorner<3, 3>() = back;
+    if (size == 6) turned.bottomRightCorner<3, 3>() = back;
+    const transform_uncertainty there = in_caller_frame(local, frame);
+    CHECK((Eigen::MatrixXd(there.covariance) - turned * given * turned.transpose()).norm() < 1e-9);
+    CHECK((there.up - Eigen::Vector3d(0.5, -0.7, 1).normalized()).norm() < 1e-12);
   }
 }
 

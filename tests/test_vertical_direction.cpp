@@ -1,6 +1,10 @@
 #include "globalmatch/detail/mapping/vertical_direction.hpp"
 
+#include <cmath>
+#include <vector>
+
 #include "catch.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
 namespace globalmatch {
@@ -59,12 +63,12 @@ TEST_CASE("a fifth of stems that lean with each other do not turn the direction 
   CHECK(angle_between(upright->up, Vector3d{0, 0, 1}) < 0.6 * degree);
 }
 
-TEST_CASE("fewer than ten stems tell no direction") {
+TEST_CASE("fewer than ten stems determine no direction") {
   CHECK_FALSE(upright_of({}));
   CHECK_FALSE(upright_of(std::vector<Vector3d>(9, Vector3d{0, 0, 1})));
 }
 
-TEST_CASE("stems are askew when they are off by more than chance and wind explain") {
+TEST_CASE("stems are tilted when they are off by more than noise and wind explain") {
   const Vector3d up = Vector3d{0, 0, 1};
   CHECK_FALSE(is_tilted(upright_direction{up.as<Eigen::Vector3d>(), 0.1 * degree}, up));
   CHECK_FALSE(is_tilted(upright_direction{tilted(3.9 * degree).as<Eigen::Vector3d>(), 0.1 * degree}, up));
@@ -73,9 +77,25 @@ TEST_CASE("stems are askew when they are off by more than chance and wind explai
   CHECK(is_tilted(upright_direction{tilted(8.1 * degree).as<Eigen::Vector3d>(), 2 * degree}, up));
 }
 
-TEST_CASE("the angle between directions is exact for small and for large ones") {
-  CHECK(angle_between(Vector3d{0, 0, 1}, tilted(1e-9)) == Approx(1e-9));
-  CHECK(angle_between(Vector3d{0, 0, 1}, -Vector3d{0, 0, 1}) == Approx(std::numbers::pi));
+TEST_CASE("the uncertainty of the vertical is the noise of the axes over the root of their number") {
+  random_source random(12);
+  const vec3 truth = vec3{0.3, -0.4, 1}.normalized();
+  const vec3 u = truth.unit_orthogonal(), v = truth.cross(u);
+  constexpr double noise = 0.03;
+  double squares = 0, sigmas = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<vec3> axes;
+    for (int i = 0; i < 100; ++i) {
+      const double lean = i % 10 == 0 ? 10 : 1;  // a tenth leans much
+      axes.push_back(
+          (truth + noise * lean * random.normal() * u + noise * lean * random.normal() * v).normalized());
+    }
+    const auto upright = upright_of(axes);
+    REQUIRE(upright);
+    squares += (from_eigen(upright->up) - truth).squared_norm() / 200;
+    sigmas += upright->sigma / 200;
+  }
+  CHECK(sigmas == Approx(std::sqrt(squares / 2)).epsilon(0.15));  // in one direction
 }
 
 }  // namespace globalmatch

@@ -90,7 +90,7 @@ TEST_CASE("an outlier does not merge the other voxels, wherever it stands") {
   }
 }
 
-TEST_CASE("voxels of a tenth of a millimetre are told apart over 200 metres") {
+TEST_CASE("voxels of a tenth of a millimetre are distinct over 200 metres") {
   const scenes::cloud points = {{0, 0, 0}, {150, 0, 0}, {200, 0, 0}};
   CHECK(thin_by_voxels(points, 1e-4).size() == 3);
 }

@@ -17,17 +17,6 @@ using namespace detail;
 
 using namespace globalmatch::benchmarks;
 
-struct measured_stem {
-  double x, y, z, radius;
-};
-
-std::vector<measured_stem> with_radii(const positions& stems, const std::vector<double>& radii) {
-  std::vector<measured_stem> measured;
-  for (std::size_t i = 0; i < stems.size(); ++i)
-    measured.push_back({stems[i].x(), stems[i].y(), stems[i].z(), radii[i]});
-  return measured;
-}
-
 void print_pairs() {
   constexpr int seeds = 34;
   random_source random(25);

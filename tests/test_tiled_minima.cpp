@@ -1,0 +1,131 @@
+#include "globalmatch/detail/mapping/tiled_minima.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "catch.hpp"
+#include "globalmatch/detail/core/random.hpp"
+
+namespace globalmatch {
+
+using namespace detail;
+
+TEST_CASE("equally low points are merged the same whichever thread came first") {
+  tiled_minima::tile a, b;
+  for (std::size_t i = 0; i < 50; ++i) {
+    a.cells[i].z = b.cells[i].z = -3.5;
+    a.cells[i].x = 0.25f, b.cells[i].x = i % 2 == 0 ? 0.5f : 0.25f;
+    a.cells[i].y = 0.75f, b.cells[i].y = 0.125f;
+  }
+  tiled_minima::tile first = a, second = b;
+  first.take_lower(b);
+  second.take_lower(a);
+  for (std::size_t i = 0; i < 50; ++i) {
+    CHECK(first.cells[i].x == second.cells[i].x);
+    CHECK(first.cells[i].y == second.cells[i].y);
+    CHECK(first.cells[i].x == 0.25f);
+    CHECK(first.cells[i].y == (i % 2 == 0 ? 0.75f : 0.125f));
+  }
+}
+
+TEST_CASE("of points at equal heights each order keeps the same") {
+  std::vector<vec3> points;
+  for (int i = 0; i < 40; ++i)
+    points.push_back({-3.3 + 0.011 * ((7 * i) % 40), 5.1 + 0.009 * ((11 * i) % 40), -2});
+  const auto kept = [&](std::vector<vec3> order) {
+    tiled_minima minima(0.25);
+    for (const vec3& p : order) minima.add({&p, 1});  // batches of their own
+    std::vector<std::pair<float, float>> places;
+    for (const auto& tile : minima.tiles())
+      for (const auto& cell : tile->cells)
+        if (!cell.empty()) places.push_back({cell.x, cell.y});
+    return places;
+  };
+  const auto given = kept(points);
+  CHECK(given.size() >= 2);
+  std::reverse(points.begin(), points.end());
+  CHECK(kept(points) == given);
+}
+
+TEST_CASE("the lowest point of each cell is kept, with its place, on all sides of the first point") {
+  random_source random(203);
+  std::vector<vec3> points;
+  for (int i = 0; i < 250; ++i)
+    points.push_back({8 * random.uniform() - 5, 6 * random.uniform() - 2, 3 * random.normal() - 7});
+  constexpr double resolution = 0.5;
+  tiled_minima minima(resolution);
+  minima.add(points);
+  std::size_t cells = 0;
+  for (const auto& tile : minima.tiles())
+    for (std::size_t i = 0; i < tiled_minima::cells_a_tile; ++i) {
+      const auto& kept = tile->cells[i];
+      const double x = (double(tile->at.column) * 32 + double(i % 32)) * resolution,
+                   y = (double(tile->at.row) * 32 + double(i / 32)) * resolution;
+      const vec3* lowest = nullptr;
+      for (const vec3& p : points)
+        if (p.x >= x && p.x < x + resolution && p.y >= y && p.y < y + resolution &&
+            (!lowest || p.z < lowest->z))
+          lowest = &p;
+      REQUIRE(kept.empty() == (lowest == nullptr));
+      if (!lowest) continue;
+      CHECK(kept.z == lowest->z);
+      CHECK(double(tile->at.column) * 16 + kept.x == Approx(lowest->x).margin(1e-5));
+      CHECK(double(tile->at.row) * 16 + kept.y == Approx(lowest->y).margin(1e-5));
+      ++cells;
+    }
+  CHECK(cells > 60);
+}
+
+TEST_CASE("tiles far from the first point, of which there are many, are kept like near ones") {
+  random_source random(207);
+  constexpr double resolution = 0.5, tile_size = 16;
+  tiled_minima minima(resolution);
+  std::vector<vec3> points;
+  for (int i = 0; i < 600; ++i) {  // more tiles than the table has at first
+    const double x = 1e4 + 16 * (i % 25) + 3.2, y = -3e4 + 16 * double(i / 25) + 9.7;
+    points.push_back({x, y, random.normal()});
+    points.push_back({x + 0.1, y - 0.1, points.back().z + (i % 2 == 0 ? 1 : -1)});
+  }
+  for (const vec3& p : points) CHECK(minima.add({&p, 1}) == 0);
+  REQUIRE(minima.tiles().size() == 600);
+  for (std::size_t i = 0; i < 600; ++i) {
+    const tiled_minima::tile& tile = *minima.tiles()[i];
+    const vec3& lower = points[2 * i + i % 2];
+    CHECK(double(tile.at.column) == std::floor(lower.x / tile_size));
+    CHECK(double(tile.at.row) == std::floor(lower.y / tile_size));
+    std::size_t held = 0;
+    for (const auto& cell : tile.cells) {
+      if (cell.empty()) continue;
+      ++held;
+      CHECK(cell.z == lower.z);
+      CHECK(double(tile.at.column) * tile_size + cell.x == Approx(lower.x).epsilon(1e-9));
+      CHECK(double(tile.at.row) * tile_size + cell.y == Approx(lower.y).epsilon(1e-9));
+    }
+    CHECK(held == 1);
+  }
+}
+
+TEST_CASE("what is no number, infinite or further than any plot is out of range and counted") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   inf = std::numeric_limits<double>::infinity();
+  const std::vector<vec3> bad = {{nan, 0, 0},  {0, nan, 0},  {0, 0, nan},  {inf, 0, 0},
+                                 {0, -inf, 0}, {0, 0, -inf}, {2e11, 0, 0}, {0, 0, -2e11}};
+  for (const vec3& p : bad) CHECK_FALSE(tiled_minima::is_within_range(p));
+  tiled_minima minima(0.25);
+  CHECK(minima.add(bad) == bad.size());
+  CHECK(minima.tiles().empty());
+  std::vector<vec3> mixed = bad;
+  mixed.push_back({1, 2, 3});
+  CHECK(minima.add(mixed) == bad.size());
+  CHECK(minima.tiles().size() == 1);
+  CHECK(minima.add({}) == 0);
+  const vec3 far{9e10, -9e10, 9e10};
+  CHECK(tiled_minima::is_within_range(far));
+  CHECK(minima.add({&far, 1}) == 0);
+  CHECK(minima.tiles().size() == 2);
+}
+
+}  // namespace globalmatch
