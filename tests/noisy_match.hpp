@@ -27,7 +27,7 @@ struct noisy_match {
   noisy_match(std::size_t stems, degrees_of_freedom dof, double sigma, random_source& random)
       : source(set_in_order(random_stems(random, stems, 30, 20))),
         truth(random_levelled_transform(random)),
-        maps(source, target, false, dof, 100) {
+        maps(source, target, false, dof) {
     target = set_in_order(noisy(moved(truth, source.at), sigma, random));
     for (stem_index i = 0; i < stems; ++i) best.correspondences.push_back({i, i});
     best.target_from_source = *maps.fit(best.correspondences);

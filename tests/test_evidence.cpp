@@ -38,11 +38,11 @@ TEST_CASE("combining evidence changes the NFA and its source, and nothing else")
 
 TEST_CASE("evidence of another kind is significant below an NFA of 0.01, not at it") {
   local_hypothesis h;
-  combine(h, {-2, evidence_source::heights});
+  combine(h, {-2, evidence_source::residuals});
   CHECK(h.evidence == evidence_source::positions);
   CHECK(h.log10_nfa == 0);
-  combine(h, {-2.001, evidence_source::heights});
-  CHECK(h.evidence == evidence_source::heights);
+  combine(h, {-2.001, evidence_source::residuals});
+  CHECK(h.evidence == evidence_source::residuals);
 }
 
 }  // namespace globalmatch

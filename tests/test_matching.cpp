@@ -11,10 +11,9 @@
 namespace globalmatch {
 
 TEST_CASE("every source of evidence has a name of its own") {
-  CHECK(to_string(evidence_source::positions) == "stems");
+  CHECK(to_string(evidence_source::positions) == "positions");
   CHECK(to_string(evidence_source::gaps) == "gaps");
   CHECK(to_string(evidence_source::residuals) == "residuals");
-  CHECK(to_string(evidence_source::heights) == "heights");
   CHECK(to_string(evidence_source::radii) == "radii");
   CHECK(to_string(static_cast<evidence_source>(99)) == "unknown");
 }

@@ -29,21 +29,23 @@ TEST_CASE("pair_stems pairs one to one, nearest first, strictly within the toler
   CHECK(maps.pair_stems(identity, 2) == std::vector<correspondence>{{0, 1}, {1, 0}, {2, 2}, {3, 3}});
 }
 
-TEST_CASE("pair_stems leaves heights out where they do not count") {
-  const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}});
-  const position_set target = scenes::set_in_order({{0, 0, 40}, {5, 0, -3}});
+TEST_CASE("in 4-DoF stems are paired by horizontal distances, whatever their heights") {
+  const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
+  const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -40}, {9.1, 0, 1.1}});
   const rigid identity;
-  CHECK(matching_context(source, target, true, four).pair_stems(identity, 0.1).size() == 2);
-  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.1).empty());
+  for (const bool horizontal : {true, false})
+    CHECK(matching_context(source, target, horizontal, four).pair_stems(identity, 0.2) == same_indices(3));
+  CHECK(matching_context(source, target, false, degrees_of_freedom::six).pair_stems(identity, 0.2).empty());
 }
 
-TEST_CASE("in 4-DoF stems are paired by horizontal distances, unless their heights are too far apart") {
-  const position_set source = scenes::set_in_order({{0, 0, 0}, {5, 0, 0}, {9, 0, 0}});
-  const position_set target = scenes::set_in_order({{0.1, 0, 0.9}, {5.1, 0, -0.9}, {9.1, 0, 1.1}});
-  const rigid identity;
-  CHECK(matching_context(source, target, false, four).pair_stems(identity, 0.2) == same_indices(2));
-  CHECK(matching_context(source, target, false, four, 0.8).pair_stems(identity, 0.2).empty());
-  CHECK(matching_context(source, target, false, degrees_of_freedom::six).pair_stems(identity, 0.2).empty());
+TEST_CASE("stems on top of each other are paired one to one, from a bounded number of candidates") {
+  const position_set source = scenes::set_in_order(positions(40, Eigen::Vector3d(3, 1, 0)));
+  positions piled(40, Eigen::Vector3d(3, 1, 0));
+  piled.push_back({3, 1.05, 0});
+  const position_set target = scenes::set_in_order(piled);
+  const auto pairs = matching_context(source, target, true, four).pair_stems(rigid{}, 0.3);
+  CHECK(pairs.size() == 16);
+  for (const correspondence& c : pairs) CHECK(c.target < 40);
 }
 
 TEST_CASE("pair_stems of maps without stems pairs none") {
@@ -93,14 +95,13 @@ TEST_CASE("pair_stems takes the nearest of all pairs left, by brute force, withi
     const vec3 center{4, 7, 0};
     for (const auto dof : {four, degrees_of_freedom::six})
       for (const double radius : {5.0, std::numeric_limits<double>::infinity()}) {
-        const matching_context maps(source, target, false, dof, 0.8);
+        const matching_context maps(source, target, false, dof);
         std::vector<std::tuple<double, stem_index, stem_index>> near;
         for (stem_index s = 0; s < source.size(); ++s)
           for (stem_index t = 0; t < target.size(); ++t) {
             const vec3 d = transform * source.at[s] - target.at[t];
             const double distance = dof == four ? d.xy().norm() : d.norm();
-            if ((source.at[s] - center).xy().norm() < radius && distance < 1.5 &&
-                (dof != four || std::abs(d.z) < 0.8))
+            if ((source.at[s] - center).xy().norm() < radius && distance < 1.5)
               near.push_back({distance, s, t});
           }
         std::sort(near.begin(), near.end());
@@ -125,14 +126,13 @@ TEST_CASE("the context the other way round pairs the same stems, and fits the in
   const position_set source = scenes::set_in_order(stems),
                      target = scenes::set_in_order(scenes::moved(truth, stems));
   for (const auto dof : {four, degrees_of_freedom::six}) {
-    const matching_context maps(source, target, false, dof, 0.6);
+    const matching_context maps(source, target, false, dof);
     const matching_context back = maps.reversed();
     CHECK(&back.source == &target);
     CHECK(&back.target == &source);
     CHECK(back.source_index == maps.target_index);
     CHECK(back.target_index == maps.source_index);
     CHECK(back.dof == dof);
-    CHECK(back.vertical_threshold == 0.6);
     CHECK(back.pair_stems(rigid(truth).inverse(), 0.1) == same_indices(30));
     const auto transform = back.fit(same_indices(30));
     REQUIRE(transform);

@@ -90,7 +90,7 @@ TEST_CASE("the score of a transform is that of the null model, at the threshold 
       local_hypothesis h, expected;
       h.target_from_source = shifted_after(rigid(views.target_from_source), {off, 0, 0});
       h.inlier_threshold = expected.inlier_threshold = threshold;
-      null.score(expected, null.residuals_under(h.target_from_source, threshold, threshold));
+      null.score(expected, null.residuals_under(h.target_from_source, threshold));
       const evidence_score score = s.positions_of.score(h);
       CHECK(score.source == evidence_source::positions);
       CHECK(score.log10_nfa == expected.log10_nfa);

@@ -87,7 +87,7 @@ TEST_CASE("the threshold is the one of the smallest NFA, and scoring it again ch
   const null_model null(maps, thresholds);
   local_hypothesis h = pairing_all(150, some_transform());
   score_hypothesis(h, maps, null, thresholds);
-  const auto set = null.residuals_under(h.target_from_source, thresholds.back(), h.inlier_threshold);
+  const auto set = null.residuals_under(h.target_from_source, thresholds.back());
   for (const double threshold : thresholds)
     CHECK(null.log10_nfa(set, h.inlier_threshold) <= null.log10_nfa(set, threshold));
   local_hypothesis again = h;

@@ -310,23 +310,6 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("where perfect rows stand on rolling ground the heights break the tie, unless they are ignored") {
-  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    CAPTURE(seed);
-    random_source random(seed);
-    positions stems = scenes::lattice(13, 11, 3);
-    for (Eigen::Vector3d& p : stems) p.z() = 2 * std::sin(p.x() / 7 + 1) + 1.5 * std::cos(p.y() / 5);
-    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
-    const positions source = scenes::noisy(stems, 0.02, random);
-    const positions target = scenes::moved(truth, scenes::noisy(stems, 0.02, random));
-    const matching result = match_stems(source, target);
-    REQUIRE(result.outcome == outcome::registered);
-    CHECK(scenes::max_error(*result.target_from_source, truth, source) < 0.05);
-    CHECK(result.hypotheses.front().evidence == evidence_source::heights);
-    CHECK(match_stems(source, target, {.horizontal = true}).outcome == outcome::ambiguous);
-  }
-}
-
 TEST_CASE("in perfect rows on level ground the radii break the tie, where both maps have them") {
   struct thick_stem {
     double x, y, z, radius;
@@ -394,7 +377,7 @@ TEST_CASE("what is registered says how far off it may be, in the target's frame,
   }
 }
 
-TEST_CASE("match_stems takes positions of any type and says whether it compared horizontally") {
+TEST_CASE("match_stems takes positions of any type and says whether it knows the height") {
   random_source random(1);
   const positions stems = scenes::random_stems(random, 14, 20, 20);
   const Eigen::Isometry3d truth = scenes::yaw_and_shift(0.4, {3, -8, 2});
@@ -403,7 +386,8 @@ TEST_CASE("match_stems takes positions of any type and says whether it compared 
     INFO(name);
     const matching result = match_stems(range, target);
     REQUIRE(result.outcome == outcome::registered);
-    CHECK_FALSE(result.horizontal);
+    REQUIRE(result.vertical);
+    CHECK(result.vertical->source == vertical_source::stems);
     CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 1e-9);
   });
   scenes::for_each_type_without_heights(stems, [&](const char* name, const auto& range) {
@@ -411,7 +395,8 @@ TEST_CASE("match_stems takes positions of any type and says whether it compared 
     for (const bool reversed : {false, true}) {
       const matching result = reversed ? match_stems(target, range) : match_stems(range, target);
       REQUIRE(result.outcome == outcome::registered);
-      CHECK(result.horizontal);
+      REQUIRE(result.vertical);
+      CHECK_FALSE(result.vertical->is_known());
       const Eigen::Isometry3d transform =
           reversed ? result.target_from_source->inverse() : *result.target_from_source;
       for (const Eigen::Vector3d& p : stems) CHECK((transform * p - truth * p).head<2>().norm() < 1e-9);
@@ -429,7 +414,8 @@ TEST_CASE("horizontal match_stems ignores heights that are wrong by metres") {
     const matching expected = match_stems(views.source, views.target, {.horizontal = true});
     for (Eigen::Vector3d& p : views.source) p.z() = scenes::uniform(random, -20, 20);
     const matching result = match_stems(views.source, views.target, {.horizontal = true});
-    CHECK(result.horizontal);
+    REQUIRE(result.vertical);
+    CHECK_FALSE(result.vertical->is_known());
     CHECK(result.outcome == outcome::registered);
     REQUIRE(result.hypotheses.size() == expected.hypotheses.size());
     for (std::size_t i = 0; i < result.hypotheses.size(); ++i)
@@ -618,10 +604,6 @@ TEST_CASE("in 4-DoF heights that are off by decimetres do not lose stems, and do
     CHECK(result.funnel.correspondences == undisturbed.funnel.correspondences);
     CHECK(result.inlier_threshold < 0.1);
     CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 0.03);
-    const matching strict = match_stems(stems, target, {.vertical_threshold = 0.3});
-    REQUIRE(strict.outcome == outcome::registered);
-    CHECK(strict.funnel.correspondences >= 26);
-    CHECK(strict.funnel.correspondences <= 30);
   }
 }
 
@@ -639,11 +621,9 @@ TEST_CASE("six degrees of freedom and horizontal distances exclude each other") 
   const positions stems(5, Eigen::Vector3d::Zero());
   CHECK_THROWS_WITH(match_stems(stems, stems, {.dof = degrees_of_freedom::six, .horizontal = true}),
                     Catch::Contains("horizontal: six degrees of freedom need heights"));
-  CHECK_THROWS_WITH(match_stems(stems, stems, {.vertical_threshold = 0}),
-                    Catch::Contains("vertical_threshold"));
 }
 
-TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registered in 6-DoF") {
+TEST_CASE("scans that were not levelled alike are rotated, unless four degrees of freedom are asked for") {
   for (std::uint64_t seed = 50; seed < 60; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
@@ -654,9 +634,16 @@ TEST_CASE("scans that were not levelled alike are refused in 4-DoF and registere
                                    Eigen::Translation3d(-middle);
     const Eigen::Isometry3d truth = scenes::random_levelled_transform(random) * tilt;
     const positions target = scenes::moved(truth, scenes::noisy(stems, 0.01, random));
-    const matching four = match_stems(stems, target);
-    CHECK(four.outcome == outcome::not_registered);
-    CHECK_THAT(four.reason, Catch::Contains("not levelled alike"));
+    const matching automatic = match_stems(stems, target);
+    REQUIRE(automatic.outcome == outcome::registered);
+    REQUIRE(automatic.vertical);
+    CHECK(automatic.vertical->kind == vertical_kind::rotated);
+    CHECK(automatic.vertical->tilt == Approx(0.06).epsilon(0.05));
+    CHECK(automatic.uncertainty->covariance.rows() == 6);
+    CHECK(scenes::max_error(*automatic.target_from_source, truth, stems) < 0.05);
+    const matching four = match_stems(stems, target, {.dof = degrees_of_freedom::four});
+    REQUIRE(four.outcome == outcome::registered);
+    CHECK(four.vertical->kind == vertical_kind::sloping);
     const matching six = match_stems(stems, target, {.dof = degrees_of_freedom::six});
     REQUIRE(six.outcome == outcome::registered);
     CHECK(scenes::max_error(*six.target_from_source, truth, stems) < 0.05);
