@@ -92,7 +92,7 @@ TEST_CASE("propose_by_consensus gives the same bits for any number of threads") 
   REQUIRE(pairs.size() > 128);
   const auto with_threads = [&](int threads) {
     const execution exec{.threads = threads};
-    const matching_context both(source, target, maps.source_index, maps.target_index, false, four, 1, exec);
+    const matching_context both(source, target, maps.source_index, maps.target_index, false, four, exec);
     return propose_by_consensus(both, pairs, 0.2);
   };
   const auto expected = with_threads(1);

@@ -154,7 +154,7 @@ TEST_CASE("wrong pairs among noisy ones do not move a robust fit, in 4-DoF and i
       scene s = noisy_scene(random, 40, [](std::size_t) { return 0.02; });
       for (vec3& p : s.target.at) p.z += 0.02 * random.normal();
       for (std::size_t i = 0; i < 40; i += 8) s.target.at[i] += vec3{0.6, 0.3, 0};
-      const matching_context maps(s.source, s.target, false, dof, 5);
+      const matching_context maps(s.source, s.target, false, dof);
       local_hypothesis h = s.least_squares(maps, 1);
       least_squares += s.error(h) / 20;
       fit_robustly(h, maps);
@@ -229,7 +229,7 @@ TEST_CASE("robust weights are Tukey's over the variance of each pair") {
     source.sigma.push_back(0.02 + 0.005 * double(i));
     target.at[i] += {0.3 * random.normal(), 0.1 * random.normal(), 0};
   }
-  const matching_context maps(source, target, false, four_dof, 10);
+  const matching_context maps(source, target, false, four_dof);
   const local_hypothesis h = pairing_all(30, some_transform());
   const double unknown = 0.0004;
   const auto weights = robust_weights(maps, h, unknown);
@@ -257,7 +257,7 @@ TEST_CASE("the observed variance is that of the noise of a coordinate, from many
       for (int trial = 0; trial < trials; ++trial) {
         position_set target = transformed_stems(some_transform(), source);
         for (vec3& p : target.at) p += 0.05 * vec3{random.normal(), random.normal(), random.normal()};
-        const matching_context maps(source, target, false, dof, 10);
+        const matching_context maps(source, target, false, dof);
         local_hypothesis h = pairing_all(count, some_transform());
         h.target_from_source = *maps.fit(h.correspondences);
         mean += observed_variance(maps, h) / trials;
@@ -272,7 +272,7 @@ TEST_CASE("what the known variances leave of the observed one is unknown") {
   position_set target = transformed_stems(some_transform(), source);
   for (vec3& p : target.at) p += 0.1 * vec3{random.normal(), random.normal(), random.normal()};
   source.sigma.assign(400, 0.06);
-  const matching_context maps(source, target, false, four_dof, 10);
+  const matching_context maps(source, target, false, four_dof);
   const local_hypothesis h = pairing_all(400, some_transform());
   CHECK(unknown_variance(maps, h) == Approx(0.1 * 0.1 - 0.06 * 0.06).epsilon(0.15));
   source.sigma.assign(400, 0.2);
