@@ -58,6 +58,76 @@ inline std::size_t remove_low_outliers(lowest_raster& raster, double depth, cons
   return removed;
 }
 
+/// The lowest point of square blocks of a raster, 1 m wide at the usual resolution, NaN where there is none.
+struct block_minima {
+  static constexpr int cells_a_block = 4;
+  int columns, rows;
+  std::vector<float> heights;  ///< row by row
+
+  explicit block_minima(const lowest_raster& raster)
+      : columns((raster.columns + cells_a_block - 1) / cells_a_block),
+        rows((raster.rows + cells_a_block - 1) / cells_a_block),
+        heights(std::size_t(columns) * std::size_t(rows), not_known) {
+    for (int r = 0; r < raster.rows; ++r)
+      for (int c = 0; c < raster.columns; ++c) {
+        const float z = raster.points[raster.cell(c, r)].z;
+        float& lowest = heights[block(c / cells_a_block, r / cells_a_block)];
+        if (!std::isnan(z) && !(lowest <= z)) lowest = z;
+      }
+  }
+  std::size_t block(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
+  /// NaN also beyond the raster.
+  float at(int c, int r) const {
+    return c >= 0 && r >= 0 && c < columns && r < rows ? heights[block(c, r)] : not_known;
+  }
+};
+
+/// Mean height [m] of the blocks at `distance` blocks around one when they form a surface that lies above it:
+/// nearly all are known, none lies lower or is a step apart from the next; else NaN.
+inline float surface_around(const block_minima& blocks, int column, int row, int distance, float step) {
+  constexpr int min_share = 3;  // of four
+  const float below = blocks.at(column, row);
+  const int side = 2 * distance, all = 4 * side;
+  float sum = 0, before = not_known;
+  int known = 0;
+  for (int k = 0; k <= all; ++k) {  // once around, and the first again
+    const int edge = k / side % 4, along = k % side - distance;
+    const int dc = edge == 0 ? along : edge == 1 ? distance : edge == 2 ? -along : -distance;
+    const int dr = edge == 0 ? -distance : edge == 1 ? along : edge == 2 ? distance : -along;
+    const float z = blocks.at(column + dc, row + dr);
+    if (std::isnan(z)) continue;
+    if (!(z > below + step) || std::abs(z - before) > step) return not_known;
+    before = z;
+    if (k == all) continue;
+    sum += z;
+    ++known;
+  }
+  return known * 4 >= all * min_share ? sum / float(known) : not_known;
+}
+
+/// Empties the cells of clumps below the ground: up to two metres wide, `depth` [m] and more below a surface
+/// that goes all around them, whose blocks are less than `step` [m] apart from each other. Returns how many.
+/// Cost: linear in the cells.
+inline std::size_t remove_low_clumps(lowest_raster& raster, double depth, double step) {
+  constexpr int cells = block_minima::cells_a_block;
+  const block_minima blocks(raster);
+  std::size_t removed = 0;
+  for (int row = 0; row < blocks.rows; ++row)
+    for (int column = 0; column < blocks.columns; ++column)
+      for (const int distance : {2, 3}) {
+        const float around = surface_around(blocks, column, row, distance, float(step));
+        if (!(blocks.at(column, row) < around - float(depth))) continue;
+        for (int r = row * cells; r < std::min((row + 1) * cells, raster.rows); ++r)
+          for (int c = column * cells; c < std::min((column + 1) * cells, raster.columns); ++c)
+            if (float& z = raster.points[raster.cell(c, r)].z; z < around - float(depth)) {
+              z = not_known;
+              ++removed;
+            }
+        break;
+      }
+  return removed;
+}
+
 /// The highest that ground which rises by `slope` [m/m] from any lower point can be at each cell; unbounded
 /// where no point proves ground. A border of one cell lies around.
 class ground_ceiling {
