@@ -47,6 +47,7 @@ inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t
 struct ground_funnel {
   std::size_t points = 0;         ///< points of the scan
   std::size_t not_finite = 0;     ///< of these skipped: NaN, infinite, or further than any plot
+  std::size_t low_points = 0;     ///< of these left out: noise scattered below the ground
   std::size_t cells = 0;          ///< raster cells that hold points
   std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
