@@ -14,6 +14,7 @@
 #include "globalmatch/detail/mapping/low_noise.hpp"
 #include "globalmatch/detail/mapping/lowest_points.hpp"
 #include "globalmatch/detail/mapping/outliers.hpp"
+#include "globalmatch/detail/mapping/scan_units.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
@@ -95,6 +96,7 @@ template <point_range R>
 ground_model model_ground(const R& scan, const ground_options& options, const vec3& up,
                           bare_ground_finder* find_bare_ground, const execution& exec) {
   require_valid(options);
+  require_metres(scan, up);
   const double resolution = options.resolution / lowest_cells_a_node;
   ground_funnel funnel;
   scan_sample sample;
