@@ -96,6 +96,7 @@ json row_by_row(const Eigen::Isometry3d& transform) {
 json describe(const ground_funnel& f) {
   return {{"not_finite", f.not_finite},   {"low_points", f.low_points}, {"cells", f.cells},
           {"cells_apart", f.cells_apart}, {"low_outliers", f.low_outliers},
+          {"coordinate_step", f.coordinate_step},
           {"unreachable", f.unreachable}, {"ground_points", f.ground_points}};
 }
 
@@ -159,12 +160,19 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
     add("low_noise", std::to_string(map.funnel.ground.low_points) + " points below the ground were left out");
   const bool has_points = map.funnel.ground.cells > 0;
   if (has_points && map.terrain.status == ground_status::none)
-    add("no_ground", "no ground was seen: heights of stems are those of the lowest points, and off by metres");
+    add("no_ground", "no ground was seen: heights of stems are those of the lowest points, and off by metres; "
+                     "where it should be there, is --up right (0,1,0 for y up)?");
   else if (map.terrain.cut_off)
     add("cut_off", "all below some height is missing in part of the scan: heights of stems are known only where "
                    "ground was seen");
   if (map.terrain.status == ground_status::normalised)
     add("normalised_heights", "the ground lies at height 0 everywhere: heights are those above the ground");
+  if (map.funnel.ground.coordinate_step > 0) {
+    std::ostringstream text;
+    text << "coordinates come in steps of " << map.funnel.ground.coordinate_step
+         << " m: were map coordinates stored as float? Export them as double, or shifted to the scan";
+    add("coordinate_step", text.str());
+  }
   if (map.stems.empty())
     add("no_stems", "no stems were found: " + detail::where_lost(explain(map.funnel), 1));
   return warnings;

@@ -53,6 +53,7 @@ struct ground_funnel {
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
   std::size_t unreachable = 0;    ///< of these left out: no ground is so steep
   std::size_t ground_points = 0;  ///< lowest points near the terrain
+  double coordinate_step = 0;     ///< [m] of x or y, where it is a decimetre or more: digits were lost
 };
 
 /// How many points and finds each step left.

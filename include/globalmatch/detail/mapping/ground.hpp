@@ -114,6 +114,7 @@ ground_model model_ground(const R& scan, const ground_options& options, const ve
     lowest = gather_lowest_points(scan, resolution, up, funnel, exec, keep, &sample);
     model = model_ground(std::move(lowest), funnel, options, find_bare_ground, exec, true);
   }
+  model.funnel.coordinate_step = coordinate_step(scan);
   return model;
 }
 

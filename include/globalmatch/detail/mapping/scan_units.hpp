@@ -80,6 +80,26 @@ inline double height_of_blocks(const std::vector<vec3>& points, const coordinate
   return *tall;
 }
 
+/// [m] The step, of a decimetre or more, that all points share in x or in y; 0 when there is none. Floats hold
+/// map coordinates of millions of metres in steps of half a metre. Coordinates that are all equal have none.
+template <point_range R>
+double coordinate_step(const R& scan) {
+  constexpr std::size_t min_points = 100;
+  const std::vector<vec3> points = points_all_over(scan, mat3::identity());
+  if (points.size() < min_points) return 0;
+  for (const double step : {1.0, 0.5, 0.25, 0.125, 0.1})
+    for (const std::size_t axis : {std::size_t(0), std::size_t(1)}) {
+      const auto is_multiple = [&](const vec3& p) {
+        return std::abs(p[axis] / step - std::round(p[axis] / step)) * step < 1e-6;
+      };
+      const auto is_other = [&](const vec3& p) { return p[axis] != points.front()[axis]; };
+      if (std::any_of(points.begin(), points.end(), is_other) &&
+          std::all_of(points.begin(), points.end(), is_multiple))
+        return step;
+    }
+  return 0;
+}
+
 /// Throws `std::invalid_argument` naming the unit and the remedy when a scan cannot be in metres: in
 /// many places points lie higher above each other than trees are. Extents do not tell, as a corridor may be as long.
 template <point_range R>
