@@ -1,4 +1,4 @@
-// Scans that cannot be in metres, told by a few of their points before anything costs memory.
+// Scans that cannot be in metres, as a few of their points show before anything costs memory.
 #pragma once
 
 #include <algorithm>
