@@ -27,7 +27,7 @@ TEST_CASE("metres and feet pass; centimetres and millimetres are named, in every
   CHECK_THAT(message_of([&] { require_metres(cm, {0, 0, 1}); }), Catch::Contains("centimetres"));
   CHECK_THAT(message_of([&] { require_metres(mm, {0, 0, 1}); }), Catch::Contains("millimetres"));
   CHECK_THAT(message_of([&] { require_metres(mm, {0, 0, -1}); }), Catch::Contains("millimetres"));
-  const std::forward_list<Eigen::Vector3d> forward(mm.begin(), mm.end());
+  const std::forward_list<Eigen::Vector3d> forward(mm.rbegin(), mm.rend());  // stems first
   CHECK_THAT(message_of([&] { require_metres(forward, {0, 0, 1}); }), Catch::Contains("extent of"));
 }
 

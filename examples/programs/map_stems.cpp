@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
     support::marked_points marked{.keep = options.keep_noise};
-    const auto scan = support::read_scan(scan_file, marked);
+    const auto scan = support::read_marked_scan(scan_file, marked);
     support::stage_clock clock;
     const stem_map map =
         map_stems(scan, options.for_mapping(), options.up_direction(), clock.listen(options.threads));

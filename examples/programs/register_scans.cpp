@@ -44,8 +44,8 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
     support::marked_points source_marks{.keep = options.keep_noise}, target_marks = source_marks;
-    const auto source = support::read_scan(source_file, source_marks);
-    const auto target = support::read_scan(target_file, target_marks);
+    const auto source = support::read_marked_scan(source_file, source_marks);
+    const auto target = support::read_marked_scan(target_file, target_marks);
     support::stage_clock clock;
     const auto [source_map, target_map, result] =
         register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},

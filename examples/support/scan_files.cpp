@@ -25,10 +25,10 @@ bool looks_like_pcd(std::string_view start) {
 
 std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path) {
   marked_points marked;
-  return read_scan(path, marked);
+  return read_marked_scan(path, marked);
 }
 
-std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path, marked_points& marked) {
+std::vector<Eigen::Vector3d> read_marked_scan(const std::filesystem::path& path, marked_points& marked) {
   input_file file(path);
   const std::string_view start = file.peek(4096);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");

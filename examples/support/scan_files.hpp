@@ -26,7 +26,7 @@ struct marked_points {
 std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path);
 
 /// The same. Points that the file marks are left out unless they are to be kept, and counted.
-std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path, marked_points& marked);
+std::vector<Eigen::Vector3d> read_marked_scan(const std::filesystem::path& path, marked_points& marked);
 
 using rgb = std::array<std::uint8_t, 3>;
 

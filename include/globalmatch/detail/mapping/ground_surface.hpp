@@ -24,6 +24,15 @@ struct ground_surface {
   bool holds_node(int c, int r) const {
     return !in_surface.empty() && in_surface[block(c / nodes_a_block, r / nodes_a_block)] != 0;
   }
+  /// The node's block, or one next to it: surfaces have a rim.
+  bool holds_node_near(int c, int r) const {
+    if (in_surface.empty()) return false;
+    const int column = c / nodes_a_block, row = r / nodes_a_block;
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, rows - 1); ++y)
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, columns - 1); ++x)
+        if (in_surface[block(x, y)]) return true;
+    return false;
+  }
 };
 
 /// How many ground points lie in each block of nodes.
@@ -88,7 +97,7 @@ inline ground_surface find_ground_surface(const terrain& ground, int nodes_a_blo
   return found;
 }
 
-/// The lowest ground point of each square metre that holds some, and whether it lies in a surface.
+/// The lowest ground point of each square metre that holds some, and whether it lies in or at a surface.
 struct lowest_of_metre {
   float z = std::numeric_limits<float>::infinity();
   bool in_surface = false;
@@ -103,7 +112,7 @@ inline std::vector<lowest_of_metre> lowest_of_metres(const terrain& ground, cons
       lowest_of_metre& metre = metres[std::size_t(r / nodes) * std::size_t(columns) + std::size_t(c / nodes)];
       const std::size_t node = ground.node(c, r);
       for (std::uint32_t i = ground.first_ground[node]; i < ground.first_ground[node + 1]; ++i)
-        if (ground.ground[i].z < metre.z) metre = {ground.ground[i].z, surface.holds_node(c, r)};
+        if (ground.ground[i].z < metre.z) metre = {ground.ground[i].z, surface.holds_node_near(c, r)};
     }
   std::erase_if(metres, [](const lowest_of_metre& m) { return std::isinf(m.z); });
   return metres;

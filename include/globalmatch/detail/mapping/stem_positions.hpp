@@ -109,9 +109,8 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   const auto at = ground_at(ground, position->x, position->y, found.cylinder.radius);
   if (at) position = found.cylinder.at_height(at->height);
   s.ground_points = count_ground_near(ground, position->x, position->y);
-  const bool is_unknown = !at || ground.status == ground_status::none ||
-                          (ground.cut_off && s.ground_points == 0);
-  s.height_sigma = is_unknown ? unknown_height_sigma : height_uncertainty(at->sigma, s.ground_points);
+  const bool is_false = ground.status == ground_status::none || (ground.cut_off && s.ground_points == 0);
+  s.height_sigma = at && !is_false ? height_uncertainty(at->sigma, s.ground_points) : unknown_height_sigma;
   s.position = ground.frame.to_scan(*position).as<Eigen::Vector3d>();
   s.axis = transpose_times(ground.frame.rotation, found.cylinder.axis).as<Eigen::Vector3d>();
   const double base = found.cylinder.axis.dot(*position - found.cylinder.point);
@@ -124,7 +123,7 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
       found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
-  s.ground_seen = !is_unknown && ground.is_known(position->x, position->y);
+  s.ground_seen = !is_false && ground.is_known(position->x, position->y);
   s.support = in_scan_order(found.support, points);
   return s;
 }
