@@ -17,12 +17,14 @@ void write_stem_map(const std::filesystem::path& path, const stem_map& map) {
   std::vector<support::stem_record> records;
   std::vector<support::stem_column> columns = {
       {"axis_x", {}},     {"axis_y", {}},       {"axis_z", {}},       {"taper", {}},   {"points", {}},
-      {"sigma_plan", {}}, {"sigma_height", {}}, {"sigma_radius", {}}, {"quality", {}}, {"ground_seen", {}}};
+      {"sigma_plan", {}}, {"sigma_height", {}}, {"sigma_radius", {}}, {"quality", {}}, {"ground_seen", {}},
+      {"ground_points", {}}};
   for (const stem& s : map.stems) {
     records.push_back({s.position.x(), s.position.y(), s.position.z(), s.radius});
     const double values[] = {
         s.axis.x(),       s.axis.y(),     s.axis.z(),     s.taper,   double(s.support.size()),
-        s.position_sigma, s.height_sigma, s.radius_sigma, s.quality, s.ground_seen ? 1.0 : 0.0};
+        s.position_sigma, s.height_sigma, s.radius_sigma, s.quality, s.ground_seen ? 1.0 : 0.0,
+        double(s.ground_points)};
     for (std::size_t c = 0; c < columns.size(); ++c) columns[c].values.push_back(values[c]);
   }
   support::write_stems(path, records, columns);
@@ -41,7 +43,8 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
-    const auto scan = support::read_scan(scan_file);
+    support::marked_points marked{.keep = options.keep_noise};
+    const auto scan = support::read_marked_scan(scan_file, marked);
     support::stage_clock clock;
     const stem_map map =
         map_stems(scan, options.for_mapping(), options.up_direction(), clock.listen(options.threads));
@@ -52,7 +55,10 @@ int main(int argc, char** argv) {
     auto report = support::describe(map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
+    const auto warnings = support::warnings_of(map, marked);
+    report["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
+    support::print(warnings, scan_file);
     support::warn_if_tilted(map, scan_file);
     std::cout << map.stems.size() << " stems in " << scan.size() << " points\n";
     return support::done;

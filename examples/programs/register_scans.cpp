@@ -43,7 +43,9 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
-    const auto source = support::read_scan(source_file), target = support::read_scan(target_file);
+    support::marked_points source_marks{.keep = options.keep_noise}, target_marks = source_marks;
+    const auto source = support::read_marked_scan(source_file, source_marks);
+    const auto target = support::read_marked_scan(target_file, target_marks);
     support::stage_clock clock;
     const auto [source_map, target_map, result] =
         register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},
@@ -62,6 +64,12 @@ int main(int argc, char** argv) {
     report["target"] = support::describe(target_map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
+    auto warnings = support::warnings_of(source_map, source_marks);
+    support::print(warnings, source_file);
+    report["source"]["warnings"] = support::describe(warnings);
+    warnings = support::warnings_of(target_map, target_marks);
+    support::print(warnings, target_file);
+    report["target"]["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
     support::write_or_remove_transform(out, result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;

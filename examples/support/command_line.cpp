@@ -25,6 +25,7 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->type_name("X,Y,Z");
   app.add_option("--seed", seed, "seed of the random numbers")->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
+  app.add_flag("--keep-noise", keep_noise, "read LAS points that are marked as noise or withheld, too");
   app.add_flag("--normalized", normalized, "heights are above the ground already, which may be missing");
 }
 

@@ -29,6 +29,7 @@ struct shared_options {
   std::uint64_t seed = 1;
   bool no_verticality = false;
   bool normalized = false;
+  bool keep_noise = false;
   std::string vertical = "auto";
   std::string dof = "auto";
   std::optional<double> tolerance;
@@ -37,7 +38,7 @@ struct shared_options {
   int threads = 0;
   std::filesystem::path json;
 
-  void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality --normalized
+  void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality ...
   void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal
   void add_icp_to(CLI::App& app);        ///< --icp
   void add_threads_to(CLI::App& app);    ///< --threads

@@ -84,9 +84,22 @@ void require_sane(const input_file& file, const las_header& header) {
     file.fail("has a damaged LAS header", "Copy or export the scan again");
 }
 
+/// Whether a record is of the classes 7 (low point) or 18 (high noise), and whether it is withheld. Formats 6
+/// and later have a byte for the class, and the flags before it.
+struct point_marks {
+  bool noise, withheld;
+};
+
+point_marks marks_of(const char* record, unsigned format) {
+  const auto byte = [&](std::size_t offset) { return load<std::uint8_t>(record + offset, std::endian::little); };
+  const bool is_long = format >= 6;
+  const unsigned number = is_long ? byte(16) : byte(15) & 0x1Fu;
+  return {number == 7 || number == 18, (byte(15) & (is_long ? 0x04u : 0x80u)) != 0};
+}
+
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_las(input_file& file) {
+std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked) {
   const std::uint64_t file_size = file.remaining();
   const las_header header = parse_header(file);
   require_sane(file, header);
@@ -97,9 +110,15 @@ std::vector<Eigen::Vector3d> read_las(input_file& file) {
   if (header.points_at < position) file.fail("has a damaged LAS header", "Copy or export the scan again");
   file.skip(header.points_at - position);
   if (header.count > file.remaining() / header.record_size) file.fail_truncated();
-  std::vector<Eigen::Vector3d> points(header.count);
-  for (Eigen::Vector3d& p : points) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(header.count);
+  for (std::uint64_t i = 0; i < header.count; ++i) {
     const char* record = file.read(header.record_size);
+    const point_marks marks = marks_of(record, header.format);
+    marked.noise += marks.noise;
+    marked.withheld += marks.withheld && !marks.noise;
+    if (!marked.keep && (marks.noise || marks.withheld)) continue;
+    Eigen::Vector3d& p = points.emplace_back();
     for (int axis = 0; axis < 3; ++axis)
       p[axis] = load<std::int32_t>(record + 4 * axis, std::endian::little) * header.scale[axis] +
                 header.offset[axis];

@@ -5,6 +5,7 @@
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
 #include "support/plan_picture.hpp"
+#include "support/scan_files.hpp"
 #include "support/transform_files.hpp"
 
 #include <algorithm>
@@ -93,8 +94,9 @@ json row_by_row(const Eigen::Isometry3d& transform) {
 }
 
 json describe(const ground_funnel& f) {
-  return {{"not_finite", f.not_finite},   {"cells", f.cells},
+  return {{"not_finite", f.not_finite},   {"low_points", f.low_points}, {"cells", f.cells},
           {"cells_apart", f.cells_apart}, {"low_outliers", f.low_outliers},
+          {"coordinate_step", f.coordinate_step},
           {"unreachable", f.unreachable}, {"ground_points", f.ground_points}};
 }
 
@@ -146,12 +148,53 @@ json describe(const stem_map& map) {
           {"stems", map.funnel.stems},
           {"funnel", as_json(explain(map.funnel))},
           {"ground", describe(map.funnel.ground)},
+          {"ground_status", to_string(map.terrain.status)},
+          {"cut_off", map.terrain.cut_off},
           {"up", row_by_row(Eigen::MatrixXd(map.up))},
           {"up_by_stems", map.up_by_stems},
           {"upright", upright()},
           {"spacing_near", map.spacing_near},
           {"spacing_far", map.spacing_far},
           {"distance_tolerance", map.distance_tolerance}};
+}
+
+std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked) {
+  std::vector<warning> warnings;
+  const auto add = [&](const char* code, const std::string& text) { warnings.push_back({code, text}); };
+  if (marked.noise + marked.withheld > 0)
+    add("marked_points", std::to_string(marked.noise) + " points are marked as noise and " +
+                             std::to_string(marked.withheld) + " others as withheld; they were " +
+                             (marked.keep ? "kept" : "left out (--keep-noise reads them)"));
+  if (map.funnel.ground.low_points > 0)
+    add("low_noise", std::to_string(map.funnel.ground.low_points) + " points below the ground were left out");
+  const bool has_points = map.funnel.ground.cells > 0;
+  if (has_points && map.terrain.status == ground_status::none)
+    add("no_ground", "no ground was seen: heights of stems are those of the lowest points, and off by metres; "
+                     "where it should be there, is --up right (0,1,0 for y up)?");
+  else if (map.terrain.cut_off)
+    add("cut_off", "all below some height is missing in part of the scan: heights of stems are known only where "
+                   "ground was seen");
+  if (map.terrain.status == ground_status::normalised)
+    add("normalised_heights", "the ground lies at height 0 everywhere: heights are those above the ground");
+  if (map.funnel.ground.coordinate_step > 0) {
+    std::ostringstream text;
+    text << "coordinates come in steps of " << map.funnel.ground.coordinate_step
+         << " m: were map coordinates stored as float? Export them as double, or shifted to the scan";
+    add("coordinate_step", text.str());
+  }
+  if (map.stems.empty())
+    add("no_stems", "no stems were found: " + detail::where_lost(explain(map.funnel), 1));
+  return warnings;
+}
+
+void print(const std::vector<warning>& warnings, const std::filesystem::path& scan) {
+  for (const warning& w : warnings) std::cerr << scan.filename().string() << ": " << w.text << '\n';
+}
+
+json describe(const std::vector<warning>& warnings) {
+  json list = json::array();
+  for (const warning& w : warnings) list.push_back({{"code", w.code}, {"text", w.text}});
+  return list;
 }
 
 void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan) {

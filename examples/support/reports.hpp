@@ -24,6 +24,8 @@ struct registration;
 
 namespace globalmatch::support {
 
+struct marked_points;
+
 /// Times the stages of a run by listening to its progress, and shows it on a terminal: a stage lasts from its
 /// first report to that of the next one.
 class stage_clock {
@@ -49,6 +51,20 @@ class stage_clock {
 
 /// Points, stems and the funnel between them.
 nlohmann::ordered_json describe(const stem_map& map);
+
+/// What a user should know of a scan and its map, for people and, by its code, for programs.
+struct warning {
+  std::string code, text;
+};
+
+/// Of points left out, ground that was not seen, noise, heights above the ground, and no stems.
+std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked);
+
+/// To standard error, a line each, after the name of the scan.
+void print(const std::vector<warning>& warnings, const std::filesystem::path& scan);
+
+/// A list of `{code, text}`.
+nlohmann::ordered_json describe(const std::vector<warning>& warnings);
 
 /// Warns on standard error when the stems of a scan are clearly tilted.
 void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan);

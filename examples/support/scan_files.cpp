@@ -24,11 +24,16 @@ bool looks_like_pcd(std::string_view start) {
 }  // namespace
 
 std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path) {
+  marked_points marked;
+  return read_marked_scan(path, marked);
+}
+
+std::vector<Eigen::Vector3d> read_marked_scan(const std::filesystem::path& path, marked_points& marked) {
   input_file file(path);
   const std::string_view start = file.peek(4096);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");
   if (start.starts_with("ply\n") || start.starts_with("ply\r")) return read_ply(file);
-  if (start.starts_with("LASF")) return read_las(file);
+  if (start.starts_with("LASF")) return read_las(file, marked);
   if (start.starts_with("ASTM-E57")) refuse_e57(file);
   if (looks_like_pcd(start)) return read_pcd(file);
   if (start.find('\0') != std::string_view::npos)

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -11,11 +12,21 @@
 
 namespace globalmatch::support {
 
+/// Points that a file marks as no good: LAS classes 7 and 18 (noise), and the withheld flag.
+struct marked_points {
+  bool keep = false;         ///< read them too
+  std::size_t noise = 0;     ///< how many were of the noise classes; counted by the reader
+  std::size_t withheld = 0;  ///< how many others were withheld
+};
+
 /// All points of a scan, in the order and the frame of the file; NaN points of organised clouds are kept. The
 /// format is recognised by content, whatever the name: PLY, PCD, uncompressed LAS, or text with x, y and z in
 /// the first three columns or in those that a header names so. A scan may have no points. Throws `file_error`
 /// when the file cannot be read or is damaged, and for LAZ and E57 with the command that converts them.
 std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path);
+
+/// The same. Points that the file marks are left out unless they are to be kept, and counted.
+std::vector<Eigen::Vector3d> read_marked_scan(const std::filesystem::path& path, marked_points& marked);
 
 using rgb = std::array<std::uint8_t, 3>;
 

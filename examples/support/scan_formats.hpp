@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "support/input_file.hpp"
+#include "support/scan_files.hpp"
 
 namespace globalmatch::support {
 
@@ -16,8 +17,9 @@ std::vector<Eigen::Vector3d> read_ply(input_file& file);
 /// PCD: ascii, binary, binary_compressed.
 std::vector<Eigen::Vector3d> read_pcd(input_file& file);
 
-/// LAS 1.0 to 1.4. Compressed files (LAZ) are refused with the command that converts them.
-std::vector<Eigen::Vector3d> read_las(input_file& file);
+/// LAS 1.0 to 1.4. Points marked as noise or withheld are left out unless they are to be kept, and counted.
+/// Compressed files (LAZ) are refused with the command that converts them.
+std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked);
 
 /// Lines of x, y, z and what else there may be: XYZ, CSV, TXT, PTS.
 std::vector<Eigen::Vector3d> read_text(input_file& file);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -117,17 +118,43 @@ inline rigid between_levelled(const stem_map& source, const stem_map& target,
          levelled_frame(source).local_from_scan().inverse();
 }
 
+/// Ground samples that lie in a surface of ground, under a transform from the levelled frame of the map.
+inline std::vector<vec3> sure_ground(const stem_map& map, const rigid& transform) {
+  const local_frame levelled = levelled_frame(map);
+  std::vector<vec3> ground;
+  for (const Eigen::Vector3d& sample : map.ground_samples) {
+    const vec3 p = from_eigen(sample), local = map.terrain.frame.to_local(p);
+    const bool is_sure = map.terrain.in_surface.empty() || !map.terrain.covers(local.x, local.y) ||
+                         map.terrain.is_in_surface(local.x, local.y);
+    if (is_sure) ground.push_back(transform * levelled.to_local(p));
+  }
+  return ground;
+}
+
+/// Leaves the height of a registration unknown: that of the transform is a guess.
+inline void forget_height(matching& result, std::string reason) {
+  result.vertical->source = vertical_source::none;
+  result.vertical->sigma = std::numeric_limits<double>::infinity();
+  result.vertical->reason = std::move(reason);
+  if (result.uncertainty) set_height_variance(*result.uncertainty, result.vertical->sigma);
+}
+
 /// Moves the registration to the height at which the ground that both scans see coincides. Where too little is
-/// seen by both the heights of the stems stay.
+/// seen by both the heights of the stems stay, unless the ground of a scan was cut off.
 inline void use_ground(const stem_map& source, const stem_map& target, matching& result) {
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (map->terrain.status == ground_status::none)
+      return forget_height(result, std::string(name) +
+                                       " shows no ground; the height of the transform is a guess, which a scan "
+                                       "with its ground mends");
   const rigid transform = between_levelled(source, target, *result.target_from_source);
-  const local_frame from = levelled_frame(source), to = levelled_frame(target);
-  std::vector<vec3> source_ground, target_ground;
-  for (const Eigen::Vector3d& p : source.ground_samples)
-    source_ground.push_back(transform * from.to_local(from_eigen(p)));
-  for (const Eigen::Vector3d& p : target.ground_samples) target_ground.push_back(to.to_local(from_eigen(p)));
-  const auto found = find_ground_offset(std::move(source_ground), std::move(target_ground));
-  if (!found) return;
+  const auto found = find_ground_offset(sure_ground(source, transform), sure_ground(target, {}));
+  if (!found) {
+    if (source.terrain.cut_off || target.terrain.cut_off)
+      forget_height(result, "the ground was cut off; both scans show none of it at one place, and the height of the "
+                            "transform is a guess");
+    return;
+  }
   const Eigen::Vector3d shift = found->offset * target.up;
   for (Eigen::Isometry3d* moved : {&*result.target_from_source, &result.hypotheses.front().target_from_source})
     moved->pretranslate(shift);
@@ -149,17 +176,17 @@ struct levelled_samples {
   }
 };
 
-/// ICP over the samples of both maps, in their levelled frames: ground on ground, stems on stems. It turns
+/// ICP over the samples of both maps, in their levelled frames: stems on stems and, where it shall move the
+/// height as well, ground on ground. It turns
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
-                                    const Eigen::Isometry3d& coarse,
-                                    degrees_of_freedom dof, const icp_options& options,
-                                    const execution& exec) {
+                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
+                                    bool uses_ground, const icp_options& options, const execution& exec) {
   const local_frame source_frame = levelled_frame(source), target_frame = levelled_frame(target);
   levelled_samples from(source, source_frame), to(target, target_frame);
   if (from.stem_normals.empty() || to.stem_normals.empty()) from.stem_normals = to.stem_normals = {};
   std::vector<icp_samples> layers(2);
-  layers[0] = {std::move(from.ground), std::move(to.ground), {}, {}};
+  if (uses_ground) layers[0] = {std::move(from.ground), std::move(to.ground), {}, {}};
   layers[1] = {std::move(from.stems), std::move(to.stems), std::move(from.stem_normals),
                std::move(to.stem_normals)};
   if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
@@ -169,6 +196,15 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
   result.target_from_source =
       to_eigen(target_local.inverse() * from_eigen(result.target_from_source) * source_local);
   return result;
+}
+
+/// Gives the transform of ICP the height of the coarse one at the stems, where that is a guess.
+inline void keep_height(registration& result) {
+  const Eigen::Isometry3d moved = result.icp->target_from_source * result.target_from_source->inverse();
+  const auto& u = result.matching.uncertainty;
+  const Eigen::Vector3d center = u ? u->center : Eigen::Vector3d(result.target_from_source->translation());
+  const Eigen::Vector3d up = u ? u->up : Eigen::Vector3d::UnitZ();
+  result.icp->target_from_source.pretranslate(-(moved * center - center).dot(up) * up);
 }
 
 }  // namespace detail
@@ -193,7 +229,8 @@ inline registration register_maps(const stem_map& source, const stem_map& target
     const bool rotates = result.matching.vertical->kind == vertical_kind::rotated;
     result.icp = detail::refine_by_samples(source, target, *result.target_from_source,
                                            rotates ? degrees_of_freedom::six : degrees_of_freedom::four,
-                                           options.icp, exec);
+                                           result.matching.vertical->is_known(), options.icp, exec);
+    if (!result.matching.vertical->is_known()) detail::keep_height(result);
     result.refined = result.icp->converged &&
                      detail::moves_within(result.matching.uncertainty, *result.target_from_source,
                                           result.icp->target_from_source);

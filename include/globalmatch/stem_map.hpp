@@ -47,11 +47,13 @@ inline std::string where_lost(const std::vector<funnel_step>& steps, std::size_t
 struct ground_funnel {
   std::size_t points = 0;         ///< points of the scan
   std::size_t not_finite = 0;     ///< of these skipped: NaN, infinite, or further than any plot
+  std::size_t low_points = 0;     ///< of these left out: noise scattered below the ground
   std::size_t cells = 0;          ///< raster cells that hold points
   std::size_t cells_apart = 0;    ///< of these left out: not connected to where most of the scan lies
   std::size_t low_outliers = 0;   ///< of these left out: their lowest point is a multipath return
   std::size_t unreachable = 0;    ///< of these left out: no ground is so steep
   std::size_t ground_points = 0;  ///< lowest points near the terrain
+  double coordinate_step = 0;     ///< [m] of x or y, where it is a decimetre or more: digits were lost
 };
 
 /// How many points and finds each step left.
@@ -94,6 +96,22 @@ inline std::vector<funnel_step> explain(const mapping_funnel& f) {
   };
 }
 
+/// What the heights of a map rest on.
+enum class ground_status {
+  seen,        ///< on ground that lies under the scan as a connected surface
+  none,        ///< on the lowest points, which are no ground: heights are off by an unknown amount
+  normalised,  ///< on height 0: the scan's own heights are those above the ground already
+};
+
+constexpr std::string_view to_string(ground_status status) {
+  switch (status) {
+    case ground_status::seen: return "seen";
+    case ground_status::none: return "none";
+    case ground_status::normalised: return "normalised";
+  }
+  return "";
+}
+
 /// Heights at the nodes of a regular raster in a levelled local frame; all lengths in metres, all coordinates
 /// in that frame. Node (c, r) lies at x = (c + 0.5) resolution, y = (r + 0.5) resolution.
 class terrain {
@@ -105,6 +123,9 @@ class terrain {
   std::vector<std::uint8_t> has_data;       ///< 1 where ground was seen near the node
   std::vector<detail::vec3f> ground;        ///< the ground points the heights were fitted to, node by node
   std::vector<std::uint32_t> first_ground;  ///< of each node, in `ground`; one more than nodes, or empty
+  std::vector<std::uint8_t> in_surface;     ///< 1 where ground extends as a surface; empty: not determined
+  ground_status status = ground_status::seen;
+  bool cut_off = false;  ///< all below some height is missing: ground is what lies in a surface, else unknown
 
   bool empty() const { return heights.empty(); }
   std::size_t node(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
@@ -132,6 +153,13 @@ class terrain {
     const int c = std::min(static_cast<int>(x / resolution), columns - 1);
     const int r = std::min(static_cast<int>(y / resolution), rows - 1);
     return has_data[node(c, r)] != 0;
+  }
+
+  /// Whether the node of (x, y), which the raster covers, lies in a surface of ground.
+  bool is_in_surface(double x, double y) const {
+    const int c = std::min(static_cast<int>(x / resolution), columns - 1);
+    const int r = std::min(static_cast<int>(y / resolution), rows - 1);
+    return in_surface[node(c, r)] != 0;
   }
 
   /// Calls `visit(p)` for the ground points of the nodes within `search_radius` [m] of (x, y), in each
@@ -166,9 +194,10 @@ struct stem {
   double radius_sigma = 0;               ///< [m] uncertainty of the radius
   double taper = 0;                      ///< [m/m] by which it grows thinner upwards
   double position_sigma = 0;             ///< [m] uncertainty in plan of the axis
-  double height_sigma = 0;               ///< [m] uncertainty of the ground's height
+  double height_sigma = 0;               ///< [m] uncertainty of the ground's height; never 0 when mapped
   double quality = 1;                    ///< probability that it is a stem, `stem_quality`
   bool ground_seen = true;               ///< false: the terrain is interpolated there
+  std::uint32_t ground_points = 0;       ///< cells of 0.25 m within 1 m of it that hold ground, of some 50
   /// Points of the scan that lie on it, increasing; of those that were not thinned out
   std::vector<point_index> support;
 };

@@ -36,7 +36,7 @@ std::string las(std::uint16_t header_size, std::uint8_t format, std::uint32_t le
   bytes += gap;
   for (const auto& record : {std::array{1, 4, -3}, std::array{0, 0, 0}}) {
     for (const int coordinate : record) put(bytes, std::int32_t(coordinate));
-    bytes += std::string(record_size - 12, '\x55');
+    bytes += std::string(record_size - 12, '\x00');  // class 0, no flags
   }
   return bytes;
 }
@@ -76,6 +76,28 @@ TEST_CASE("records between the LAS header and its points are passed over") {
   std::string bytes = las(header_size_1_2, 3, 2, variable_record("LASF_Projection") + "padding");
   put_at(bytes, at_variable_records, std::uint32_t(1));
   require_two_points(directory.file("a.las", bytes));
+}
+
+TEST_CASE("LAS points of the noise classes or withheld are left out and counted, or read on request") {
+  const temporary_directory directory;
+  for (const std::uint8_t format : {std::uint8_t(0), std::uint8_t(5), std::uint8_t(6), std::uint8_t(10)}) {
+    const bool is_long = format >= 6;
+    for (const std::uint8_t noise : {std::uint8_t(7), std::uint8_t(18)}) {
+      std::string bytes = las(header_size_1_2, format, 2);
+      put_at(bytes, header_size_1_2 + (is_long ? 16 : 15), noise);
+      put_at(bytes, header_size_1_2 + record_size + 15, std::uint8_t(is_long ? 0x04 : 0x80));
+      const auto file = directory.file("a.las", bytes);
+      marked_points marked, kept{.keep = true};
+      CHECK(read_marked_scan(file, marked).empty());
+      CHECK(marked.noise == 1);
+      CHECK(marked.withheld == 1);
+      CHECK(read_marked_scan(file, kept).size() == 2);
+      CHECK(kept.noise + kept.withheld == 2);
+    }
+    std::string ground = las(header_size_1_2, format, 2);
+    put_at(ground, header_size_1_2 + (is_long ? 16 : 15), std::uint8_t(2));
+    require_two_points(directory.file("ground.las", ground));
+  }
 }
 
 TEST_CASE("a LAS file without points is an empty scan") {

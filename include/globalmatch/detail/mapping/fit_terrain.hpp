@@ -102,9 +102,10 @@ inline void mark_data(const std::vector<std::uint8_t>& of_node, int hole, terrai
 
 /// Fits the terrain to the lowest points near a surface under the vegetation, `heights` at its nodes: planes
 /// through what lies around each node, refitted without what stands out upwards; where too little lies
-/// there, through what lies in ever larger blocks.
+/// there, through what lies in ever larger blocks. Of a noisy
+/// scan what stands out downwards is left out too; elsewhere that is ground between what grows on it.
 inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heights, int columns, int rows,
-                           const ground_options& options, const execution& exec = {}) {
+                           const ground_options& options, const execution& exec = {}, bool is_noisy = false) {
   constexpr double min_points = 5, roughness = 0.08;  // [m] above planes that span 1.5 m
   terrain result;
   result.frame = lowest.frame;
@@ -116,7 +117,7 @@ inline terrain fit_terrain(const lowest_raster& lowest, std::vector<float> heigh
   // Calls `visit(i, c, p)` for the cells of a row of nodes whose point lies near the heights so far.
   const auto for_each_near = [&](int row, double above, const auto& visit) {
     constexpr int cells = lowest_cells_a_node;  // a node
-    const auto band_below = float(-options.ground_band), band_above = float(above);
+    const auto band_below = float(is_noisy ? -above : -options.ground_band), band_above = float(above);
     for (int r = row * cells; r < (row + 1) * cells; ++r) {
       const heights_along_cells ground(result, r);
       for (int c = 0; c < lowest.columns; ++c) {

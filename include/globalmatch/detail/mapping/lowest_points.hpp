@@ -19,33 +19,14 @@
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/detail/mapping/low_noise.hpp"
+#include "globalmatch/detail/mapping/lowest_raster.hpp"
 #include "globalmatch/detail/mapping/tiled_minima.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
-
-/// In place of a point where there is none.
-inline constexpr float not_known = std::numeric_limits<float>::quiet_NaN();
-inline constexpr vec3f no_point(not_known, not_known, not_known);
-
-/// Each node of the terrain covers 2 x 2 cells of the lowest points.
-constexpr int lowest_cells_a_node = 2;
-
-/// The lowest point of each cell, NaN where a cell is empty. Coordinates [m] in `frame`, whose origin is the
-/// raster's corner.
-struct lowest_raster {
-  local_frame frame;
-  double resolution = 0;  ///< [m]
-  int columns = 0, rows = 0;
-  std::vector<vec3f> points;  ///< row by row
-
-  std::size_t cell(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
-  bool holds(int c, int r) const {
-    return c >= 0 && r >= 0 && c < columns && r < rows && !std::isnan(points[cell(c, r)].z);
-  }
-};
 
 /// A tile with what all threads found.
 struct gathered_tile {
@@ -179,11 +160,12 @@ class minima_pool {
     idle_.pop_back();
     return minima;
   }
-  /// Takes one back, with how many points were added to it, and how many were out of range.
+  /// Takes one back, with how many points were read, how many were out of range, and how many too low.
   void give_back(std::unique_ptr<tiled_minima> minima, std::size_t points, std::size_t out_of_range,
-                 ground_funnel& funnel) {
+                 std::size_t low, ground_funnel& funnel) {
     const std::lock_guard lock(mutex_);
     funnel.points += points;
+    funnel.low_points += low;
     funnel.not_finite += out_of_range;
     idle_.push_back(std::move(minima));
   }
@@ -195,12 +177,19 @@ class minima_pool {
   std::vector<std::unique_ptr<tiled_minima>> idle_;
 };
 
+/// Keeps all points of a scan.
+struct keep_all {
+  bool operator()(const vec3&) const { return true; }
+};
+
 /// Gathers the lowest points in one forward pass over the scan, in a frame levelled by `up`; parts of the
 /// scan that lie apart (more than a tile of 32 cells from the rest) are left out and counted. An empty raster
-/// if no point is finite. Cost: linear; parallel where the range gives random access.
-template <point_range R>
+/// if no point is finite. Points that `keep` does not hold for are left out and counted;
+/// `sample` takes some points of each chunk. Cost: linear; parallel where the range gives random access.
+template <point_range R, class Keep = keep_all>
 lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3& up, ground_funnel& funnel,
-                                   const execution& exec = {}) {
+                                   const execution& exec = {}, const Keep& keep = {},
+                                   scan_sample* sample = nullptr) {
   local_frame frame{{}, levelling_rotation(up)};
   funnel = {};
   for (const auto& p : scan)
@@ -210,19 +199,27 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3&
     }
   minima_pool pool(resolution);
   read_in_chunks(
-      scan, exec, "ground", [](std::size_t) {},
-      [&](std::size_t, const auto& visit_points) {
+      scan, exec, "ground",
+      [&](std::size_t chunks) {
+        if (sample) sample->of_chunk.resize(chunks);
+      },
+      [&](std::size_t chunk, const auto& visit_points) {
         std::unique_ptr<tiled_minima> minima = pool.take();
         std::array<vec3, tiled_minima::batch_size> batch;
-        std::size_t in_batch = 0, points = 0, out_of_range = 0;
-        visit_points([&](const vec3& p, point_index) {
+        std::size_t in_batch = 0, points = 0, out_of_range = 0, low = 0;
+        visit_points([&](const vec3& p, point_index i) {
+          if (!keep(p)) {
+            ++low;
+            return;
+          }
+          if (sample && i % sample->one_in == 0) sample->of_chunk[chunk].push_back(p);
           batch[in_batch++] = frame.to_local(p);
           if (in_batch < batch.size()) return;
           out_of_range += minima->add({batch.data(), in_batch});
           points += std::exchange(in_batch, 0);
         });
         out_of_range += minima->add({batch.data(), in_batch});
-        pool.give_back(std::move(minima), points + in_batch, out_of_range, funnel);
+        pool.give_back(std::move(minima), points + in_batch + low, out_of_range, low, funnel);
       });
   return make_raster(merge_tiles(pool.idle(), exec), frame, resolution, funnel, exec);
 }

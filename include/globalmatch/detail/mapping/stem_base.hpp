@@ -31,6 +31,29 @@ inline std::optional<vec3> intersect_terrain(const cylinder& c, const terrain& g
   return p;
 }
 
+/// Number of ground points within 1 m of (x, y), of the 50 cells there. Of a scan that was cut off only those
+/// count that lie in a surface.
+inline std::uint32_t count_ground_near(const terrain& ground, double x, double y) {
+  constexpr double radius = 1;  // [m]
+  std::uint32_t count = 0;
+  ground.for_each_ground_near(x, y, radius, [&](const vec3f& p) {
+    const bool counts = !ground.cut_off || ground.in_surface.empty() || ground.is_in_surface(p.x, p.y);
+    count += counts && vec2{p.x - x, p.y - y}.squared_norm() < radius * radius;
+  });
+  return count;
+}
+
+/// [m] Standard deviation of a height where nothing is known of the ground: it is that of some branch.
+constexpr double unknown_height_sigma = 5;
+
+/// [m] Standard deviation of the height of the ground where `points` ground points lie within 1 m, of which
+/// one by least squares alone is `fitted`. What is taken for ground where little of it is seen lies too high:
+/// points that agree with each other do not show it (ours, from seeds 1 and 2; docs/constants.md).
+inline double height_uncertainty(double fitted, std::uint32_t points) {
+  constexpr double scale = 2.4, offset = 1.6, power = 1.25;  // [m], points: 1.3 m at none, 2 cm at 45
+  return std::hypot(fitted, scale * std::pow(double(points) + offset, -power));
+}
+
 /// Height of the ground at a stem, and how sure it is.
 struct ground_height {
   double height = 0;  ///< [m] local frame

@@ -106,10 +106,11 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   auto position = intersect_terrain(found.cylinder, ground);
   if (!position) return std::nullopt;
   stem s;
-  if (const auto at = ground_at(ground, position->x, position->y, found.cylinder.radius)) {
-    position = found.cylinder.at_height(at->height);
-    s.height_sigma = at->sigma;
-  }
+  const auto at = ground_at(ground, position->x, position->y, found.cylinder.radius);
+  if (at) position = found.cylinder.at_height(at->height);
+  s.ground_points = count_ground_near(ground, position->x, position->y);
+  const bool is_false = ground.status == ground_status::none || (ground.cut_off && s.ground_points == 0);
+  s.height_sigma = at && !is_false ? height_uncertainty(at->sigma, s.ground_points) : unknown_height_sigma;
   s.position = ground.frame.to_scan(*position).as<Eigen::Vector3d>();
   s.axis = transpose_times(ground.frame.rotation, found.cylinder.axis).as<Eigen::Vector3d>();
   const double base = found.cylinder.axis.dot(*position - found.cylinder.point);
@@ -122,7 +123,7 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
       found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
   s.quality = stem_quality(found);
-  s.ground_seen = ground.is_known(position->x, position->y);
+  s.ground_seen = !is_false && ground.is_known(position->x, position->y);
   s.support = in_scan_order(found.support, points);
   return s;
 }
