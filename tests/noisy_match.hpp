@@ -39,8 +39,10 @@ struct noisy_match {
 };
 
 /// The uncertainty as a caller gets it, whose frame is the levelled one.
-inline std::optional<transform_uncertainty> reported_uncertainty(const noisy_match& match) {
-  const auto local = uncertainty_of(match.best, match.maps);
+inline std::optional<transform_uncertainty> reported_uncertainty(noisy_match& match) {
+  local_vertical_fit vertical;
+  if (match.maps.dof == degrees_of_freedom::four) vertical = fit_vertical(match.best, match.maps, false);
+  const auto local = uncertainty_of(match.best, match.maps, vertical);
   if (!local) return std::nullopt;
   return in_caller_frame(*local, {});
 }

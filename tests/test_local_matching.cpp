@@ -172,10 +172,10 @@ TEST_CASE("match_locally gives the same bits for any number of threads") {
     require_same(match_locally(source_triangles, target_triangles, 0.05, {.threads = threads}), expected);
 }
 
-TEST_CASE("match_locally refuses a tolerance that is not positive") {
+TEST_CASE("match_locally refuses an epsilon that is not positive") {
   for (const double bad : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN()}) {
     CHECK_THROWS_AS(match_locally({}, {}, bad), std::invalid_argument);
-    CHECK_THROWS_WITH(match_locally({}, {}, bad), Catch::Contains("tolerance"));
+    CHECK_THROWS_WITH(match_locally({}, {}, bad), Catch::Contains("epsilon must be positive"));
   }
 }
 

@@ -153,11 +153,12 @@ TEST_CASE("a registration that fails with four degrees of freedom says which sca
   stem_map source = made_up_map(scenes::random_stems(random, 25, 25, 25));
   const stem_map target = made_up_map(scenes::random_stems(random, 25, 25, 25));
   source.upright = {Eigen::Vector3d(std::sin(0.14), 0, std::cos(0.14)), 0.002};
-  const registration four = register_maps(source, target);
+  registration_options options;
+  options.matching.dof = degrees_of_freedom::four;
+  const registration four = register_maps(source, target, options);
   CHECK(four.outcome == outcome::not_registered);
   CHECK(four.reason.find(". The stems of source stand 8.0 degrees off") != std::string::npos);
   CHECK(four.reason.find("The stems of target") == std::string::npos);
-  registration_options options;
   options.matching.dof = degrees_of_freedom::six;
   CHECK(register_maps(source, target, options).reason.find("The stems of") == std::string::npos);
 }

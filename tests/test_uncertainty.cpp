@@ -120,14 +120,51 @@ TEST_CASE("stems that are known to be certain count for more") {
 
 TEST_CASE("three pairs determine no uncertainty, and horizontal maps none of height") {
   random_source random(6);
-  const noisy_match three(3, four, 0.05, random);
+  noisy_match three(3, four, 0.05, random);
   CHECK(!reported_uncertainty(three));
   noisy_match flat(10, four, 0.05, random);
   flat.source.has_heights = false;
   const auto u = reported_uncertainty(flat);
   REQUIRE(u);
-  CHECK(u->covariance(2, 2) == 0);
+  CHECK(u->covariance(2, 2) == 1e6);  // a kilometre
   CHECK(u->covariance(0, 0) > 0);
+}
+
+TEST_CASE("a new variance of the height leaves what the covariance says of the plan") {
+  random_source random(21);
+  for (const degrees_of_freedom dof : {four, six}) {
+    noisy_match match(14, dof, 0.05, random);
+    auto u = reported_uncertainty(match);
+    REQUIRE(u);
+    u->up = Eigen::Vector3d(0.2, -0.1, 1).normalized();
+    const Eigen::Vector3d across = u->up.unitOrthogonal();
+    const Eigen::MatrixXd before = u->covariance;
+    set_height_variance(*u, 0.09);
+    const Eigen::Matrix3d place = u->covariance.topLeftCorner<3, 3>();
+    CHECK(u->up.dot(place * u->up) == Approx(0.09));
+    CHECK(across.dot(place * across) == Approx(across.dot(before.topLeftCorner<3, 3>() * across)));
+    CHECK(across.dot(place * u->up) == Approx(0).margin(1e-12));
+  }
+}
+
+TEST_CASE("a transform moves within its uncertainty in plan up to the 99.7 % quantile, whatever its height") {
+  random_source random(22);
+  noisy_match match(14, four, 0.05, random);
+  const auto u = reported_uncertainty(match);
+  REQUIRE(u);
+  const Eigen::Isometry3d from = to_eigen(match.best.target_from_source);
+  const double sigma = std::sqrt(u->covariance(0, 0)), turn = std::sqrt(u->covariance(3, 3));
+  const auto moved = [&](const Eigen::Vector3d& shift, double angle) {
+    const Eigen::Isometry3d by(Eigen::Translation3d(u->center + shift) *
+                               Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-u->center));
+    return moves_within(u, from, by * from);
+  };
+  CHECK(moved({0, 0, 50}, 0));
+  CHECK(moved({2 * sigma, 0, 0}, 0));
+  CHECK_FALSE(moved({-6 * sigma, 0, 0}, 0));
+  CHECK(moved({0, 0, 0}, 2 * turn));
+  CHECK_FALSE(moved({0, 0, 0}, -6 * turn));
+  CHECK(moves_within(std::nullopt, from, Eigen::Isometry3d::Identity()));
 }
 
 TEST_CASE("in the caller's frame the uncertainty is that of the same transform") {
@@ -137,7 +174,10 @@ TEST_CASE("in the caller's frame the uncertainty is that of the same transform")
     const auto u = reported_uncertainty(match);
     REQUIRE(u);
     const local_frame frame{{500000, 5300000, 1000}, levelling_rotation({0.3, -0.2, 1})};
-    const transform_uncertainty there = in_caller_frame(*uncertainty_of(match.best, match.maps), frame);
+    local_vertical_fit vertical;
+    if (dof == four) vertical = fit_vertical(match.best, match.maps, false);
+    const transform_uncertainty there =
+        in_caller_frame(*uncertainty_of(match.best, match.maps, vertical), frame);
     const Eigen::Vector3d p(12, -7, 3);
     const Eigen::Matrix3d rotation = to_eigen(frame.rotation);
     CHECK((rotation * there.at(to_eigen(frame.to_scan(from_eigen(p)))) * rotation.transpose() - u->at(p))

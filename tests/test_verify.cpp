@@ -153,7 +153,7 @@ TEST_CASE("the worst correspondences are dropped one after the other, until all 
   position_set target = scenes::set_in_order(
       scenes::moved(scenes::yaw_and_shift(0.7, {5, -2, 1}), scenes::to_positions(source.at)));
   target.at[3] += vec3{3, -2, 0};
-  const matching_context maps(source, target, false, four, 10);
+  const matching_context maps(source, target, false, four);
   const std::vector<correspondence> start = {{0, 0}, {1, 1}, {2, 2}, {3, 3}, {4, 4}};
   CHECK(drop_outliers(maps, start, 0.1) == std::vector<correspondence>{{0, 0}, {1, 1}, {2, 2}, {4, 4}});
   CHECK(drop_outliers(maps, start, 5) == start);

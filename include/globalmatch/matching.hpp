@@ -128,7 +128,8 @@ struct planting_lattice {
 
 /// Covariance of the small transform that leads from the estimate to the truth: a shift and a turn about
 /// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
-/// in 6-DoF the turns about x, y and z [rad]. Where the height is not known its variance is infinite. The noise of the stems is not known beforehand: as in
+/// in 6-DoF the turns about x, y and z [rad]. A height that is not known has
+/// the variance of a kilometre. The noise of the stems is not known beforehand: as in
 /// Student's t a few pairs, which hardly determine it, make the covariance larger.
 struct transform_uncertainty {
   /// At most so many rows and columns, without memory of their own.
@@ -166,8 +167,7 @@ struct transform_uncertainty {
         double sum = 0;
         for (Eigen::Index k = 0; k < size; ++k)
           for (Eigen::Index l = 0; l < size; ++l)
-            if (const double both = jacobian.data()[3 * k + r] * jacobian.data()[3 * l + c]; both != 0)
-              sum += both * covariance.data()[size * l + k];  // which may be infinite
+            sum += jacobian.data()[3 * k + r] * covariance.data()[size * l + k] * jacobian.data()[3 * l + c];
         result.data()[3 * c + r] = sum;
       }
     return result;

@@ -136,7 +136,7 @@ inline void forget_height(matching& result, std::string reason) {
   result.vertical->source = vertical_source::none;
   result.vertical->sigma = std::numeric_limits<double>::infinity();
   result.vertical->reason = std::move(reason);
-  if (result.uncertainty) set_height_variance(*result.uncertainty, result.vertical->sigma);
+  if (result.uncertainty) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
 }
 
 /// Moves the registration to the height at which the ground that both scans see coincides. Where too little is
@@ -161,7 +161,7 @@ inline void use_ground(const stem_map& source, const stem_map& target, matching&
   result.vertical->source = vertical_source::ground;
   result.vertical->sigma = found->sigma;
   result.vertical->reason.clear();
-  if (result.uncertainty) set_height_variance(*result.uncertainty, found->sigma * found->sigma);
+  if (result.uncertainty) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
 }
 
 /// Samples of a map in its levelled frame.

@@ -73,6 +73,13 @@ class residual_adjustment {
   double squares_ = 0, coordinates_ = 0;
 };
 
+/// Variance [m^2] of a height. One that is not known has that of a kilometre, so that the covariance can be
+/// inverted.
+inline double height_variance(const vertical_fit& fit) {
+  constexpr double unknown = 1e3;  // [m]
+  return fit.is_known() ? fit.sigma * fit.sigma : unknown * unknown;
+}
+
 /// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
 /// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
 /// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer than
@@ -105,7 +112,7 @@ inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h
   for (std::size_t c = 0; c < 3; ++c)
     for (std::size_t r = 0; r < 3; ++r)
       result.covariance(r < 2 ? r : 3, c < 2 ? c : 3) = adjusted_covariance(r, c);
-  result.covariance(2, 2) = vertical.fit.sigma * vertical.fit.sigma;
+  result.covariance(2, 2) = height_variance(vertical.fit);
   return result;
 }
 
@@ -149,8 +156,7 @@ inline void set_height_variance(transform_uncertainty& u, double variance) {
   known.size = across.size = std::size_t(size);
   for (std::size_t c = 0; c < known.size; ++c)
     for (std::size_t r = 0; r < known.size; ++r) {
-      const double number = u.covariance.data()[known.size * c + r];
-      known(r, c) = std::isfinite(number) ? number : 0;
+      known(r, c) = u.covariance.data()[known.size * c + r];
       across(r, c) = (r == c ? 1 : 0) - (r < 3 && c < 3 ? up[r] * up[c] : 0);
     }
   const small_matrix rest = product(product(across, known), across, true);
@@ -180,8 +186,7 @@ inline bool moves_within(const std::optional<transform_uncertainty>& u, const Ei
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < size; ++i)
         for (std::size_t k = 0; k < size; ++k)
-          if (const double both = rows[a][i] * rows[b][k]; both != 0)
-            in_plan(a, b) += both * u->covariance.data()[size * k + i];
+          in_plan(a, b) += rows[a][i] * rows[b][k] * u->covariance.data()[size * k + i];
   const small_vector solved = small_solver(in_plan).solve(change);
   return change[0] * solved[0] + change[1] * solved[1] + change[2] * solved[2] <= quantile;
 }
