@@ -40,6 +40,8 @@ void shared_options::add_matching_to(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_flag("--horizontal", horizontal, "ignore the heights of the stems");
+  app.add_flag("--require-height", require_height,
+               "a transform whose height is not known counts as none (exit status 1)");
 }
 
 void shared_options::add_icp_to(CLI::App& app) {

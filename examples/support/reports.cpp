@@ -124,6 +124,12 @@ json describe(const planting_lattice& lattice) {
           {"angle_deg", lattice.angle() * 180 / std::numbers::pi}};
 }
 
+/// Degrees of freedom of the transform; null where there is none.
+json dof_of(const matching& result) {
+  if (!result.vertical) return nullptr;
+  return result.vertical->kind == vertical_kind::rotated ? 6 : 4;
+}
+
 json describe(const vertical_fit& fit) {
   return {{"status", fit.is_known() ? "known" : "unknown"},
           {"source", to_string(fit.source)},
@@ -187,6 +193,22 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
   return warnings;
 }
 
+std::vector<warning> warnings_of(const matching& result) {
+  if (!result.vertical) return {};
+  const vertical_fit& vertical = *result.vertical;
+  if (!vertical.is_known()) return {{"height_unknown", "height: " + vertical.reason}};
+  std::ostringstream degrees;
+  degrees << std::setprecision(2) << vertical.tilt * 180 / std::numbers::pi << " degrees";
+  if (vertical.kind == vertical_kind::sloping)
+    return {{"sloping_heights", "heights of the paired stems slope by " + degrees.str() +
+                                    " while both scans are level: those of one are wrong"}};
+  return {};
+}
+
+void print(const std::vector<warning>& warnings) {
+  for (const warning& w : warnings) std::cerr << w.text << '\n';
+}
+
 void print(const std::vector<warning>& warnings, const std::filesystem::path& scan) {
   for (const warning& w : warnings) std::cerr << scan.filename().string() << ": " << w.text << '\n';
 }
@@ -213,7 +235,9 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
           {"hypotheses", std::move(hypotheses)},
           {"lattice", result.lattice ? describe(*result.lattice) : json(nullptr)},
           {"inlier_threshold", result.inlier_threshold},
+          {"dof", dof_of(result)},
           {"vertical", result.vertical ? describe(*result.vertical) : json(nullptr)},
+          {"warnings", describe(warnings_of(result))},
           {"funnel", as_json(explain(result.funnel))}};
 }
 
@@ -272,9 +296,15 @@ std::string summary(const matching& result) {
   if (result.outcome == outcome::registered)
     line << ": " << result.funnel.correspondences << " of " << result.funnel.source_stems << " and "
          << result.funnel.target_stems << " stems matched";
-  if (result.uncertainty)
-    line << std::setprecision(2) << ", standard error by the stems alone "
-         << 100 * result.uncertainty->expected_error(result.uncertainty->center) << " cm";
+  if (result.uncertainty) {
+    const Eigen::Matrix3d at_center = result.uncertainty->at(result.uncertainty->center);
+    const Eigen::Vector3d& up = result.uncertainty->up;
+    const double in_plan = std::sqrt(std::max(0.0, at_center.trace() - up.dot(at_center * up)));
+    line << std::setprecision(2) << ", standard error by the stems alone " << 100 * in_plan << " cm in plan";
+  }
+  if (result.vertical && result.vertical->is_known())
+    line << ", of the height by " << (result.vertical->source == vertical_source::ground ? "ground" : "stems")
+         << " " << 100 * result.vertical->sigma << " cm";
   if (result.outcome == outcome::registered && result.hypotheses.front().evidence != evidence_source{})
     line << "; " << to_string(result.hypotheses.front().evidence)
          << " in the plantation resolved the ambiguity";

@@ -60,6 +60,12 @@ struct warning {
 /// Of points left out, ground that was not seen, noise, heights above the ground, and no stems.
 std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked);
 
+/// Of a height that is not known, and of heights that slope.
+std::vector<warning> warnings_of(const globalmatch::matching& result);
+
+/// To standard error, a line each.
+void print(const std::vector<warning>& warnings);
+
 /// To standard error, a line each, after the name of the scan.
 void print(const std::vector<warning>& warnings, const std::filesystem::path& scan);
 

@@ -118,14 +118,15 @@ inline rigid between_levelled(const stem_map& source, const stem_map& target,
          levelled_frame(source).local_from_scan().inverse();
 }
 
-/// Ground samples that lie in a surface of ground, under a transform from the levelled frame of the map.
+/// Ground samples under a transform from the levelled frame of the map; where the ground was cut off, those that
+/// lie in a surface.
 inline std::vector<vec3> sure_ground(const stem_map& map, const rigid& transform) {
   const local_frame levelled = levelled_frame(map);
   std::vector<vec3> ground;
   for (const Eigen::Vector3d& sample : map.ground_samples) {
     const vec3 p = from_eigen(sample), local = map.terrain.frame.to_local(p);
-    const bool is_sure = map.terrain.in_surface.empty() || !map.terrain.covers(local.x, local.y) ||
-                         map.terrain.is_in_surface(local.x, local.y);
+    const bool is_sure = !map.terrain.cut_off || (map.terrain.covers(local.x, local.y) &&
+                                                  map.terrain.is_in_surface(local.x, local.y));
     if (is_sure) ground.push_back(transform * levelled.to_local(p));
   }
   return ground;
