@@ -75,11 +75,11 @@ TEST_CASE("ground that is seen by one scan only, or in a few points, has no offs
 }
 
 TEST_CASE("blocks that agree on nothing have no offset, and few that agree are enough") {
-  CHECK_FALSE(most_frequent_offset({}));
-  CHECK_FALSE(most_frequent_offset({0.5, 0.52}));
-  CHECK_FALSE(most_frequent_offset({-3, -1, 0.5, 2, 4}));
-  CHECK_FALSE(most_frequent_offset({0.5, 0.52, 0.54, 3.0, 3.1}));  // 3 to 2
-  const auto found = most_frequent_offset({0.54, 9, 0.50, 0.52});
+  CHECK_FALSE(mode_of_offsets({}));
+  CHECK_FALSE(mode_of_offsets({0.5, 0.52}));
+  CHECK_FALSE(mode_of_offsets({-3, -1, 0.5, 2, 4}));
+  CHECK_FALSE(mode_of_offsets({0.5, 0.52, 0.54, 3.0, 3.1}));  // 3 to 2
+  const auto found = mode_of_offsets({0.54, 9, 0.50, 0.52});
   REQUIRE(found);
   CHECK(found->offset == Approx(0.52));
 }

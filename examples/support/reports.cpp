@@ -299,8 +299,8 @@ std::string summary(const matching& result) {
   if (result.uncertainty) {
     const Eigen::Matrix3d at_center = result.uncertainty->at(result.uncertainty->center);
     const Eigen::Vector3d& up = result.uncertainty->up;
-    const double in_plan = std::sqrt(std::max(0.0, at_center.trace() - up.dot(at_center * up)));
-    line << std::setprecision(2) << ", standard error by the stems alone " << 100 * in_plan << " cm in plan";
+    const double horizontal = std::sqrt(std::max(0.0, at_center.trace() - up.dot(at_center * up)));
+    line << std::setprecision(2) << ", standard error by the stems alone " << 100 * horizontal << " cm in plan";
   }
   if (result.vertical && result.vertical->is_known())
     line << ", of the height by " << (result.vertical->source == vertical_source::ground ? "ground" : "stems")

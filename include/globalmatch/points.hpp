@@ -162,6 +162,7 @@ concept has_position_sigma = requires(const P& p) {
   { point_traits<P>::position_sigma(p) } -> std::convertible_to<double>;
 };
 
+namespace detail {
 /// A position that knows how uncertain its height is.
 template <class P>
 concept has_height_sigma = requires(const P& p) {
@@ -173,6 +174,7 @@ template <class P>
 concept has_axis = requires(const P& p) {
   { point_traits<P>::axis(p)[2] } -> std::convertible_to<double>;
 };
+}  // namespace detail
 
 /// A stem position that knows how thick the stem is.
 template <class P>

@@ -154,9 +154,9 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     if constexpr (has_position_sigma<element>)
       sigma = double(point_traits<element>::position_sigma(position));
     if constexpr (has_radius<element>) radius = detail::given_radius(position);
-    if constexpr (has_height_sigma<element>)
+    if constexpr (detail::has_height_sigma<element>)
       heights.sigma.push_back(detail::known_sigma(point_traits<element>::height_sigma(position)));
-    if constexpr (has_axis<element>)
+    if constexpr (detail::has_axis<element>)
       heights.axis.push_back(detail::known_axis(detail::vec3::from(point_traits<element>::axis(position))));
     detail::add_given(detail::vec3::from(xyz(position)), sigma, radius, name, given);
   }

@@ -283,13 +283,13 @@ inline matching match_positions(position_set source, position_set target,
   const parallel_scope scope(exec, "matching");
   const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
   if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
-  matching in_plan = match_once(source, target, options, exec);
-  if (in_plan.outcome != outcome::not_registered) return in_plan;
+  matching by_positions = match_once(source, target, options, exec);
+  if (by_positions.outcome != outcome::not_registered) return by_positions;
   matching_options rotating = options;
   rotating.dof = degrees_of_freedom::six;
   rotating.decision.max_nfa /= 2;
   matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
-  return in_space.outcome == outcome::registered ? in_space : in_plan;
+  return in_space.outcome == outcome::registered ? in_space : by_positions;
 }
 
 }  // namespace detail

@@ -95,7 +95,7 @@ inline std::vector<double> offsets_of_blocks(const ground_planes& source, const 
 }
 
 /// The offset that most blocks agree on; nothing where fewer than three do, or another one is nearly as frequent.
-inline std::optional<ground_offset> most_frequent_offset(std::vector<double> blocks) {
+inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) {
   constexpr double half_width = 0.15;  // [m] within which blocks agree
   constexpr double min_ratio = 2.5;    // of the most frequent to the next
   constexpr std::size_t min_blocks = 3;
@@ -130,7 +130,7 @@ inline std::optional<ground_offset> find_ground_offset(std::vector<vec3> source,
   if (source.empty() || target.empty()) return std::nullopt;
   const ground_planes from(std::move(source)), to(std::move(target));
   for (const std::size_t min_neighbors : {12, 8})
-    if (const auto found = most_frequent_offset(offsets_of_blocks(from, to, min_neighbors))) return found;
+    if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors))) return found;
   return std::nullopt;
 }
 

@@ -180,14 +180,14 @@ inline bool moves_within(const std::optional<transform_uncertainty>& u, const Ei
   const auto size = std::size_t(u->covariance.rows());
   small_vector rows[3] = {{first.x, first.y, first.z}, {second.x, second.y, second.z}, {0, 0, 0, 1}};
   if (size == 6) rows[2] = {0, 0, 0, up.x, up.y, up.z};
-  small_matrix in_plan;
-  in_plan.size = 3;
+  small_matrix horizontal;
+  horizontal.size = 3;
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b)
       for (std::size_t i = 0; i < size; ++i)
         for (std::size_t k = 0; k < size; ++k)
-          in_plan(a, b) += rows[a][i] * rows[b][k] * u->covariance.data()[size * k + i];
-  const small_vector solved = small_solver(in_plan).solve(change);
+          horizontal(a, b) += rows[a][i] * rows[b][k] * u->covariance.data()[size * k + i];
+  const small_vector solved = small_solver(horizontal).solve(change);
   return change[0] * solved[0] + change[1] * solved[1] + change[2] * solved[2] <= quantile;
 }
 

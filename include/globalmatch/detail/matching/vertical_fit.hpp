@@ -53,14 +53,14 @@ class vertical_observations {
       : context_(context) {
     constexpr std::size_t max_pairs = 4096;
     const std::size_t step = std::max<std::size_t>(1, (pairs.size() + max_pairs - 1) / max_pairs);
-    std::vector<double> in_plan, in_height;
+    std::vector<double> horizontal, vertical;
     for (std::size_t i = 0; i < pairs.size(); i += step) {
       pairs_.push_back(pairs[i]);
-      in_plan.push_back(known_variance(context, pairs[i]));
-      in_height.push_back(variance_of_heights(pairs[i]));
+      horizontal.push_back(known_variance(context, pairs[i]));
+      vertical.push_back(variance_of_heights(pairs[i]));
     }
-    plan_sigmas_ = relative_sigmas(in_plan);
-    height_sigmas_ = relative_sigmas(in_height);
+    position_sigmas_ = relative_sigmas(horizontal);
+    height_sigmas_ = relative_sigmas(vertical);
   }
 
   std::size_t size() const { return pairs_.size(); }
@@ -74,14 +74,14 @@ class vertical_observations {
   }
 
   /// Of positions in plan; `tilts`: turns about x and y are parameters, or they are 0.
-  observation_kind plan(const rigid& transform, const vec3& center, bool tilts) const {
+  observation_kind positions(const rigid& transform, const vec3& center, bool tilts) const {
     observation_kind kind{.dimensions = 2};
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const vec3 transformed = transform * context_.source.at[pairs_[i].source];
       const vec3 arm = transformed - center, off = context_.target.at[pairs_[i].target] - transformed;
       const double lever = tilts ? arm.z : 0;
       kind.of.push_back({{{{{1, 0, 0, 0, lever, -arm.y}, off.x}, {{0, 1, 0, -lever, 0, arm.x}, off.y}}},
-                         plan_sigmas_[i]});
+                         position_sigmas_[i]});
     }
     return kind;
   }
@@ -122,7 +122,7 @@ class vertical_observations {
 
   const matching_context& context_;
   std::vector<correspondence> pairs_;
-  std::vector<double> plan_sigmas_, height_sigmas_;
+  std::vector<double> position_sigmas_, height_sigmas_;
 };
 
 /// Scales of residuals are not estimated smaller than this: [m] of positions, [rad] of axes.
@@ -155,7 +155,7 @@ class vertical_decision {
   const t_estimate& level() const { return level_; }
   const t_estimate& sloped() const { return sloped_; }
   /// [m] of the heights, less their plane if there is one
-  double scatter() const { return std::min(level_.scale, sloped_.scale); }
+  double spread() const { return std::min(level_.scale, sloped_.scale); }
 
   /// Whether the heights differ by a plane beyond doubt.
   bool is_sloping() const { return sloped_.log_likelihood - level_.log_likelihood > required_gain(); }
@@ -163,9 +163,9 @@ class vertical_decision {
   /// The rotation vector [rad] that residuals in plan and axes ask for beyond doubt, and heights do not
   /// contradict; of those that the heights' plane and the axes propose.
   std::optional<vec3> rotation() const {
-    const double unrotated = plan_and_axes(transform_);
+    const double unrotated = positions_and_axes(transform_);
     const auto gain_of = [&](const vec3& turn) {
-      return plan_and_axes(turned(transform_, turn, center_)) - unrotated;
+      return positions_and_axes(turned(transform_, turn, center_)) - unrotated;
     };
     // A slope that is certain is one or the other, and was not fitted to what decides between them.
     const vec3 by_heights = turn_of(sloped_), by_axes = turn_of_axes();
@@ -201,8 +201,8 @@ class vertical_decision {
   }
 
   /// How likely they are, shifted and turned about the vertical.
-  double plan_and_axes(const rigid& transform) const {
-    return estimate_small_transform({observations_.plan(transform, center_, false),
+  double positions_and_axes(const rigid& transform) const {
+    return estimate_small_transform({observations_.positions(transform, center_, false),
                                      observations_.axes(transform, false)})
         .log_likelihood;
   }
@@ -233,7 +233,7 @@ inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_contex
     const vertical_observations observations(context, h.correspondences);
     const rigid& transform = h.target_from_source;
     result.center = observations.center(transform);
-    const t_estimate step = estimate_small_transform({observations.plan(transform, result.center, true),
+    const t_estimate step = estimate_small_transform({observations.positions(transform, result.center, true),
                                                       observations.heights(transform, result.center, true),
                                                       observations.axes(transform, true)});
     result.covariance = step.covariance;
@@ -296,7 +296,7 @@ inline std::string describe_missing_heights(const matching_context& context, boo
 /// do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
-  constexpr double max_scatter = 1;  // [m] where shrubs hide the ground heights are off by decimetres
+  constexpr double max_spread = 1;  // [m] where shrubs hide the ground heights are off by decimetres
   const vertical_decision decision(context, h);
   local_vertical_fit result;
   result.center = decision.center();
@@ -308,7 +308,7 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
       h = std::move(rotated->first);
       return std::move(rotated->second);
     }
-  if (decision.scatter() > max_scatter) {
+  if (decision.spread() > max_spread) {
     result.fit.reason = "the heights of the paired stems scatter by more than a metre: not all of them are heights "
                         "of the ground; the height of the transform is a guess";
     return result;
@@ -325,8 +325,8 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
     double squares = 0;  // [m^2] of the heights under their plane
     for (const correspondence& c : h.correspondences) {
       const vec3 arm = h.target_from_source * context.source.at[c.source] - result.center;
-      const double rise = fitted.parameters[3] * arm.y - fitted.parameters[4] * arm.x;
-      squares += rise * rise;
+      const double above = fitted.parameters[3] * arm.y - fitted.parameters[4] * arm.x;
+      squares += above * above;
     }
     variance += squares / count;
   }
