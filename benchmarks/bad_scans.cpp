@@ -101,8 +101,9 @@ std::vector<double> absolute_errors(const outcome_of_scan& o) {
 
 void print_row(const outcome_of_scan& o) {
   std::cout << "| `" << o.scene << "`, " << o.seed << ", S" << o.station + 1 << " | " << o.spoilt << " | "
-            << to_string(o.map.terrain.status) << (o.map.terrain.cut_off ? ", cut off | " : " | ") << o.stems << ", " << o.true_finds << std::fixed
-            << std::setprecision(1) << " | " << 100 * quantile(absolute_errors(o), 0.95) << " |\n"
+            << to_string(o.map.terrain.status) << (o.map.terrain.cut_off ? ", cut off | " : " | ") << o.stems
+            << ", " << o.true_finds << std::fixed << std::setprecision(1) << " | "
+            << 100 * quantile(absolute_errors(o), 0.95) << " |\n"
             << std::flush;
 }
 
@@ -125,13 +126,14 @@ void print_calibration(const std::vector<outcome_of_scan>& all) {
       c.within_1 += std::abs(error) <= s.height_sigma;
       c.within_2 += std::abs(error) <= 2 * s.height_sigma;
     }
-  std::cout << "\n| ground points within 1 m | stems | 68 %, 95 % of errors [cm] | median sigma [cm] | within "
-               "one, two sigma [%] |\n|---|---|---|---|---|\n";
+  std::cout
+      << "\n| ground points within 1 m | stems | 68 %, 95 % of errors [cm] | median sigma [cm] | within "
+         "one, two sigma [%] |\n|---|---|---|---|---|\n";
   for (const density_class& c : classes)
-    std::cout << "| " << c.from << " and more | " << c.errors.size() << " | " << 100 * quantile(c.errors, 0.68)
-              << ", " << 100 * quantile(c.errors, 0.95) << " | " << 100 * quantile(c.sigmas, 0.5) << " | "
-              << 100 * double(c.within_1) / double(c.errors.size()) << ", "
-              << 100 * double(c.within_2) / double(c.errors.size()) << " |\n";
+    std::cout << "| " << c.from << " and more | " << c.errors.size() << " | "
+              << 100 * quantile(c.errors, 0.68) << ", " << 100 * quantile(c.errors, 0.95) << " | "
+              << 100 * quantile(c.sigmas, 0.5) << " | " << 100 * double(c.within_1) / double(c.errors.size())
+              << ", " << 100 * double(c.within_2) / double(c.errors.size()) << " |\n";
 }
 
 }  // namespace
@@ -160,8 +162,9 @@ int main(int argc, char** argv) {
       return std::find(cases.begin(), cases.end(), name) != cases.end();
     };
     std::vector<outcome_of_scan> all;
-    std::cout << "| scene, seed, station | spoilt by | ground | stems, true ones | 95 % of height errors [cm] "
-                 "|\n|---|---|---|---|---|\n";
+    std::cout
+        << "| scene, seed, station | spoilt by | ground | stems, true ones | 95 % of height errors [cm] "
+           "|\n|---|---|---|---|---|\n";
     for (const std::string& name : names)
       for (const std::uint64_t seed : seeds) {
         support::simulation_options options = support::find_scene(name).options;
@@ -174,8 +177,8 @@ int main(int argc, char** argv) {
           for (std::size_t s = 0; s < plot.plot().stems.size(); ++s)
             if (scan.returns_per_stem[s] >= 10) truth.push_back(plot.plot().stems[s].position);
           const auto run = [&](const std::string& spoilt, const cloud& points) {
-            all.push_back(score(map_stems(points, shared.for_mapping(), Vector3d::UnitZ(), exec), points.size(),
-                                truth, plot.stations()[i].plot_from_scan));
+            all.push_back(score(map_stems(points, shared.for_mapping(), Vector3d::UnitZ(), exec),
+                                points.size(), truth, plot.stations()[i].plot_from_scan));
             all.back().scene = name, all.back().seed = seed, all.back().station = i;
             all.back().spoilt = spoilt;
             print_row(all.back());
@@ -187,8 +190,7 @@ int main(int argc, char** argv) {
             for (const double depth : {3.0, 10.0, 60.0})
               run("clump " + std::to_string(int(depth)) + " m below",
                   with_clump(scan.points, clean.ground_samples, depth, random));
-          if (asked("scattered"))
-            run("0.3 % too low", with_low_points(scan.points, clean, 0.003, random));
+          if (asked("scattered")) run("0.3 % too low", with_low_points(scan.points, clean, 0.003, random));
           if (asked("cut"))
             for (const double height : {1.0, 2.0, 3.0, 5.0})
               run("cut at " + std::to_string(int(height)) + " m", cut_below(scan.points, height));
@@ -201,8 +203,9 @@ int main(int argc, char** argv) {
       for (const outcome_of_scan& o : all)
         for (const auto& [find, error] : o.errors)
           csv.stream() << o.scene << ',' << o.seed << ',' << o.station << ',' << o.spoilt << ','
-                       << to_string(o.map.terrain.status) << ',' << find << ',' << o.map.stems[find].ground_points << ','
-                       << o.map.stems[find].height_sigma << ',' << error << '\n';
+                       << to_string(o.map.terrain.status) << ',' << find << ','
+                       << o.map.stems[find].ground_points << ',' << o.map.stems[find].height_sigma << ','
+                       << error << '\n';
       csv.commit();
     }
     return support::done;

@@ -1,5 +1,6 @@
-// Windows of 30 m around two places of a real stem map, as mobile lidar sees them: noise, false stems, terrain,
-// and heights that drift or a scan that is rotated. Are they registered, and is told apart which it is?
+// Windows of 30 m around two places of a real stem map, as mobile lidar sees them: noise, false stems,
+// terrain, and heights that drift or a scan that is rotated. Are they registered, and is told apart which it
+// is?
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
@@ -51,7 +52,8 @@ pair_of_windows cut_pair(const positions& map, ground_form ground, random_source
   const Eigen::Vector3d first = map[random.below(static_cast<std::uint32_t>(map.size()))];
   const double direction = uniform(random, 0, 2 * std::numbers::pi), apart = uniform(random, 5, 30);
   const Eigen::Vector3d second = first + apart * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
-  const auto see = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& from, double reach, positions& stems) {
+  const auto see = [&](const Eigen::Vector3d& p, const Eigen::Vector3d& from, double reach,
+                       positions& stems) {
     if ((p - from).head<2>().norm() >= reach) return false;
     stems.push_back(p - first + gaussian(random, noise));
     return true;
@@ -61,8 +63,8 @@ pair_of_windows cut_pair(const positions& map, ground_form ground, random_source
     const bool in_source = see(tree, first, radius, pair.maps.source);
     pair.common += see(tree, second, radius, pair.maps.target) && in_source;
   }
-  for (const auto& [stems, center] :
-       {std::pair(&pair.maps.source, Eigen::Vector3d(0, 0, 0)), std::pair(&pair.maps.target, Eigen::Vector3d(second - first))})
+  for (const auto& [stems, center] : {std::pair(&pair.maps.source, Eigen::Vector3d(0, 0, 0)),
+                                      std::pair(&pair.maps.target, Eigen::Vector3d(second - first))})
     for (auto i = std::size_t(false_share * double(stems->size())); i > 0; --i) {
       const double d = radius * std::sqrt(random.uniform()), a = uniform(random, 0, 2 * std::numbers::pi);
       const double x = center.x() + d * std::cos(a), y = center.y() + d * std::sin(a);
@@ -72,8 +74,9 @@ pair_of_windows cut_pair(const positions& map, ground_form ground, random_source
   pair.tilt = uniform(random, 0, max_tilt);
   Eigen::Isometry3d moved = Eigen::Isometry3d::Identity();
   if (pair.rotated)
-    moved = Eigen::AngleAxisd(pair.tilt, Eigen::AngleAxisd(uniform(random, 0, 6.3), Eigen::Vector3d::UnitZ()) *
-                                             Eigen::Vector3d::UnitX());
+    moved =
+        Eigen::AngleAxisd(pair.tilt, Eigen::AngleAxisd(uniform(random, 0, 6.3), Eigen::Vector3d::UnitZ()) *
+                                         Eigen::Vector3d::UnitX());
   for (Eigen::Vector3d& p : pair.maps.source) {
     if (!pair.rotated) p.z() += std::tan(pair.tilt) * p.x();
     p = moved * p;
@@ -101,7 +104,8 @@ double error_in_plan(const Eigen::Isometry3d& transform, const two_maps& maps) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Registers windows of a stem map whose heights drift, or of which one is rotated.", "vertical_decisions");
+  CLI::App app("Registers windows of a stem map whose heights drift, or of which one is rotated.",
+               "vertical_decisions");
   std::filesystem::path map_file;
   std::size_t pairs = 500;
   std::uint64_t seed = 1;
@@ -116,7 +120,8 @@ int main(int argc, char** argv) {
     constexpr double clear_tilt = 1 * std::numbers::pi / 180, right_within = 0.3;  // [rad], [m]
     positions map;
     for (const auto& s : support::read_stems(map_file).stems) map.push_back({s.x, s.y, s.z});
-    std::cout << "| terrain | pairs of 12 common stems | registered and right | wrong | drift and rotation of more than a degree "
+    std::cout << "| terrain | pairs of 12 common stems | registered and right | wrong | drift and rotation "
+                 "of more than a degree "
                  "told apart |\n|---|---|---|---|---|\n";
     for (const ground_form ground : {ground_form::planar, ground_form::rolling, ground_form::rough}) {
       random_source random(seed + std::uint64_t(ground) * 1000);
@@ -134,10 +139,11 @@ int main(int argc, char** argv) {
         ++all.clear;
         all.told += result.vertical->kind == (pair.rotated ? vertical_kind::rotated : vertical_kind::sloping);
       }
-      std::cout << std::fixed << std::setprecision(1) << "| " << name_of(ground) << " | " << all.pairs << " | "
-                << 100 * double(all.right) / double(all.pairs) << " % | " << all.wrong << " | "
-                << 100 * double(all.told) / double(std::max<std::size_t>(1, all.clear)) << " % of " << all.clear
-                << " |\n" << std::flush;
+      std::cout << std::fixed << std::setprecision(1) << "| " << name_of(ground) << " | " << all.pairs
+                << " | " << 100 * double(all.right) / double(all.pairs) << " % | " << all.wrong << " | "
+                << 100 * double(all.told) / double(std::max<std::size_t>(1, all.clear)) << " % of "
+                << all.clear << " |\n"
+                << std::flush;
     }
     return support::done;
   });

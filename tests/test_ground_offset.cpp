@@ -35,7 +35,8 @@ std::vector<vec3> ground(random_source& random, std::size_t count, double left, 
 TEST_CASE("the offset of ground that two scans see in different points is found to millimetres") {
   for (const double offset : {-1.3, 0.0, 0.02, 6.0}) {
     random_source random(7);
-    const auto source = ground(random, 20000, -10, 25, 3, 0.02), target = ground(random, 20000, 5, 45, 3 + offset, 0.02);
+    const auto source = ground(random, 20000, -10, 25, 3, 0.02),
+               target = ground(random, 20000, 5, 45, 3 + offset, 0.02);
     const auto found = find_ground_offset(source, target);
     REQUIRE(found);
     CHECK(found->offset == Approx(offset).margin(0.004));
@@ -49,7 +50,8 @@ TEST_CASE("the error of the offset is what its sigma says") {
   constexpr int trials = 40;
   for (int i = 0; i < trials; ++i) {
     random_source random(std::uint64_t(100 + i));
-    const auto found = find_ground_offset(ground(random, 3000, -5, 15, 0, 0.05), ground(random, 3000, 0, 20, 0.5, 0.05));
+    const auto found =
+        find_ground_offset(ground(random, 3000, -5, 15, 0, 0.05), ground(random, 3000, 0, 20, 0.5, 0.05));
     REQUIRE(found);
     squares += std::pow((found->offset - 0.5) / found->sigma, 2);
   }
@@ -59,8 +61,8 @@ TEST_CASE("the error of the offset is what its sigma says") {
 
 TEST_CASE("what hangs over the ground in one scan does not lift it") {
   random_source random(9);
-  const auto found =
-      find_ground_offset(ground(random, 20000, -10, 25, 0, 0.02, 0.05), ground(random, 20000, 5, 45, -0.7, 0.02));
+  const auto found = find_ground_offset(ground(random, 20000, -10, 25, 0, 0.02, 0.05),
+                                        ground(random, 20000, 5, 45, -0.7, 0.02));
   REQUIRE(found);
   CHECK(found->offset == Approx(-0.7).margin(0.05));
 }

@@ -74,7 +74,8 @@ TEST_CASE("the status says what heights rest on") {
   auto normalised = with_ground(40, everywhere, [](int c, int) { return 0.01 * (c % 3); });
   determine_status(normalised, 4);
   CHECK(normalised.status == ground_status::normalised);
-  auto none = with_ground(40, [](int c, int) { return c % 4 == 0 ? 4 : 0; }, rolling);
+  auto none = with_ground(
+      40, [](int c, int) { return c % 4 == 0 ? 4 : 0; }, rolling);
   determine_status(none, 4);
   CHECK(none.status == ground_status::none);
 }

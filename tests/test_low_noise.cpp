@@ -34,15 +34,15 @@ TEST_CASE("a clump below the ground is removed, on flat ground and on slopes, an
         CHECK(remove_low_clumps(raster, 1, 1) == std::size_t(width * width));
         for (int r = 0; r < 80; ++r)
           for (int c = 0; c < 80; ++c)
-            CHECK(raster.holds(c, r) ==
-                  !(c >= 41 && c < 41 + width && r >= 30 && r < 30 + width));
+            CHECK(raster.holds(c, r) == !(c >= 41 && c < 41 + width && r >= 30 && r < 30 + width));
       }
 }
 
 TEST_CASE("a ditch, a hollow and a slope without clumps keep all their points") {
   auto ditch = slope_raster(0.2, [](int c, int) { return c >= 40 && c < 44 ? 2 : 0; });
   CHECK(remove_low_clumps(ditch, 1, 1) == 0);
-  auto hollow = slope_raster(0, [](int c, int r) { return 2 * std::exp(-0.003 * (std::pow(c - 40, 2) + std::pow(r - 40, 2))); });
+  auto hollow = slope_raster(
+      0, [](int c, int r) { return 2 * std::exp(-0.003 * (std::pow(c - 40, 2) + std::pow(r - 40, 2))); });
   CHECK(remove_low_clumps(hollow, 1, 1) == 0);
   auto slope = slope_raster(1, [](int, int) { return 0; });
   CHECK(remove_low_clumps(slope, 1, 1) == 0);

@@ -54,9 +54,7 @@ TEST_CASE("matching options that make no sense are refused by name") {
           o.horizontal = true, o.dof = degrees_of_freedom::six;
         }).starts_with("horizontal:"));
   CHECK(message([](auto& o) { o.triangles.neighbors = 1; }).starts_with("triangles.neighbors must"));
-  CHECK(message([](auto& o) {
-          o.global.max_hypotheses = 1;
-        }).starts_with("global.max_hypotheses must"));
+  CHECK(message([](auto& o) { o.global.max_hypotheses = 1; }).starts_with("global.max_hypotheses must"));
 }
 
 TEST_CASE("limits of decision options are inclusive where they say so") {

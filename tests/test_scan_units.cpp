@@ -36,8 +36,8 @@ TEST_CASE("a corridor of ten kilometres over a mountain is in metres") {
   std::vector<Eigen::Vector3d> corridor;
   for (int i = 0; i < 50000; ++i) {
     const double x = scenes::in_range(random, 0, 10000);
-    corridor.push_back({x, 0.5 * x + scenes::in_range(random, 0, 20),
-                        0.4 * x + scenes::in_range(random, 0, 40)});
+    corridor.push_back(
+        {x, 0.5 * x + scenes::in_range(random, 0, 20), 0.4 * x + scenes::in_range(random, 0, 40)});
   }
   CHECK_NOTHROW(require_metres(corridor, {0, 0, 1}));
 }

@@ -16,8 +16,8 @@ namespace {
 using scenes::uniform;
 
 /// Heights over a plane, a tenth of them metres off.
-observation_kind heights_over_plane(double at_zero, double slope_x, double slope_y, double noise, std::size_t count,
-                                    random_source& random) {
+observation_kind heights_over_plane(double at_zero, double slope_x, double slope_y, double noise,
+                                    std::size_t count, random_source& random) {
   observation_kind kind{.dimensions = 1};
   for (std::size_t i = 0; i < count; ++i) {
     const double x = uniform(random, -20, 30), y = uniform(random, -5, 12);
@@ -73,7 +73,8 @@ TEST_CASE("kinds of observations share parameters, each with a scale of its own"
   random_source random(5);
   observation_kind kinds[2] = {{.dimensions = 2}, {.dimensions = 1}};
   for (int i = 0; i < 400; ++i) {
-    kinds[0].of.push_back({{{{{1, 0, 0, 0, 0, 0}, 3 + 0.01 * random.normal()}, {{0, 1, 0, 0, 0, 0}, -2 + 0.01 * random.normal()}}}});
+    kinds[0].of.push_back({{{{{1, 0, 0, 0, 0, 0}, 3 + 0.01 * random.normal()},
+                             {{0, 1, 0, 0, 0, 0}, -2 + 0.01 * random.normal()}}}});
     kinds[1].of.push_back({{{{{1, 1, 0, 0, 0, 0}, 1 + 0.5 * random.normal()}}}});
   }
   const t_estimate e = estimate_by_t(kinds, 6, 1e-4);

@@ -156,7 +156,8 @@ TEST_CASE("a transform moves within its uncertainty in plan up to the 99.7 % qua
   const double sigma = std::sqrt(u->covariance(0, 0)), turn = std::sqrt(u->covariance(3, 3));
   const auto moved = [&](const Eigen::Vector3d& shift, double angle) {
     const Eigen::Isometry3d by(Eigen::Translation3d(u->center + shift) *
-                               Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * Eigen::Translation3d(-u->center));
+                               Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) *
+                               Eigen::Translation3d(-u->center));
     return moves_within(u, from, by * from);
   };
   CHECK(moved({0, 0, 50}, 0));

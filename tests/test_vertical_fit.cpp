@@ -27,7 +27,8 @@ struct matched_maps {
   matching_context maps;
   local_hypothesis h;
 
-  matched_maps(const scenes::positions& from, const scenes::positions& to, const scenes::transform_of_scene& in_plan)
+  matched_maps(const scenes::positions& from, const scenes::positions& to,
+               const scenes::transform_of_scene& in_plan)
       : source(set_in_order(from)), target(set_in_order(to)), maps(source, target, true, four) {
     h.target_from_source = in_plan;
     h.inlier_threshold = 0.3;
@@ -71,7 +72,8 @@ TEST_CASE("level maps give the height of the transform, and how uncertain it is"
     const local_vertical_fit result = fit_vertical(pair.h, pair.maps, true);
     CHECK(result.fit.source == vertical_source::stems);
     if (result.fit.kind == vertical_kind::level)
-      ++level, squares += std::pow(height_error(pair.h.target_from_source, truth, stems) / result.fit.sigma, 2);
+      ++level,
+          squares += std::pow(height_error(pair.h.target_from_source, truth, stems) / result.fit.sigma, 2);
   }
   CHECK(level >= 297);
   CHECK(std::sqrt(squares / level) > 0.8);
@@ -84,14 +86,16 @@ TEST_CASE("a rotated scan is rotated back, by positions in plan where the ground
     const scenes::positions stems = stems_of(11);
     const Eigen::Isometry3d tilted(Eigen::AngleAxisd(tilt * degree, Eigen::Vector3d(2, -1, 0).normalized()));
     const Eigen::Isometry3d all = truth * tilted.inverse();
-    matched_maps pair(scenes::moved(tilted, scenes::noisy(stems, 0.005, random)), scenes::moved(truth, stems), truth);
+    matched_maps pair(scenes::moved(tilted, scenes::noisy(stems, 0.005, random)), scenes::moved(truth, stems),
+                      truth);
     const local_vertical_fit result = fit_vertical(pair.h, pair.maps, true);
     REQUIRE(result.fit.kind == vertical_kind::rotated);
     CHECK(result.fit.tilt == Approx(tilt * degree).epsilon(0.02));
     REQUIRE(result.covariance);
     double worst = 0;
     for (const Eigen::Vector3d& p : scenes::moved(tilted, stems))
-      worst = std::max(worst, (pair.h.target_from_source * from_eigen(p) - from_eigen(Eigen::Vector3d(all * p))).norm());
+      worst = std::max(
+          worst, (pair.h.target_from_source * from_eigen(p) - from_eigen(Eigen::Vector3d(all * p))).norm());
     CHECK(worst < 0.02);
   }
 }
@@ -114,12 +118,16 @@ TEST_CASE("heights that slope while stems fit in plan are wrong heights") {
 TEST_CASE("axes tell the rotation where the ground is flat") {
   random_source random(13);
   scenes::positions flat;
-  for (int i = 0; i < 40; ++i) flat.push_back({uniform(random, 0, 40), uniform(random, 0, 30), 0.01 * random.normal()});
+  for (int i = 0; i < 40; ++i)
+    flat.push_back({uniform(random, 0, 40), uniform(random, 0, 30), 0.01 * random.normal()});
   const Eigen::Isometry3d tilted(Eigen::AngleAxisd(0.8 * degree, Eigen::Vector3d(1, 3, 0).normalized()));
-  matched_maps pair(scenes::noisy(scenes::moved(tilted, flat), 0.01, random), scenes::moved(truth, flat), truth);
+  matched_maps pair(scenes::noisy(scenes::moved(tilted, flat), 0.01, random), scenes::moved(truth, flat),
+                    truth);
   for (std::size_t i = 0; i < flat.size(); ++i) {
-    const Eigen::Vector3d axis = Eigen::Vector3d(0.05 * random.normal(), 0.05 * random.normal(), 1).normalized();
-    const Eigen::Vector3d seen = (axis + 0.005 * Eigen::Vector3d(random.normal(), random.normal(), 0)).normalized();
+    const Eigen::Vector3d axis =
+        Eigen::Vector3d(0.05 * random.normal(), 0.05 * random.normal(), 1).normalized();
+    const Eigen::Vector3d seen =
+        (axis + 0.005 * Eigen::Vector3d(random.normal(), random.normal(), 0)).normalized();
     pair.source.axis.push_back(from_eigen(Eigen::Vector3d(tilted * seen)));
     pair.target.axis.push_back(from_eigen(Eigen::Vector3d(truth.linear() * axis)));
   }

@@ -15,16 +15,23 @@ namespace {
 
 void write_stem_map(const std::filesystem::path& path, const stem_map& map) {
   std::vector<support::stem_record> records;
-  std::vector<support::stem_column> columns = {
-      {"axis_x", {}},     {"axis_y", {}},       {"axis_z", {}},       {"taper", {}},   {"points", {}},
-      {"sigma_plan", {}}, {"sigma_height", {}}, {"sigma_radius", {}}, {"quality", {}}, {"ground_seen", {}},
-      {"ground_points", {}}};
+  std::vector<support::stem_column> columns = {{"axis_x", {}},       {"axis_y", {}},       {"axis_z", {}},
+                                               {"taper", {}},        {"points", {}},       {"sigma_plan", {}},
+                                               {"sigma_height", {}}, {"sigma_radius", {}}, {"quality", {}},
+                                               {"ground_seen", {}},  {"ground_points", {}}};
   for (const stem& s : map.stems) {
     records.push_back({s.position.x(), s.position.y(), s.position.z(), s.radius});
-    const double values[] = {
-        s.axis.x(),       s.axis.y(),     s.axis.z(),     s.taper,   double(s.support.size()),
-        s.position_sigma, s.height_sigma, s.radius_sigma, s.quality, s.ground_seen ? 1.0 : 0.0,
-        double(s.ground_points)};
+    const double values[] = {s.axis.x(),
+                             s.axis.y(),
+                             s.axis.z(),
+                             s.taper,
+                             double(s.support.size()),
+                             s.position_sigma,
+                             s.height_sigma,
+                             s.radius_sigma,
+                             s.quality,
+                             s.ground_seen ? 1.0 : 0.0,
+                             double(s.ground_points)};
     for (std::size_t c = 0; c < columns.size(); ++c) columns[c].values.push_back(values[c]);
   }
   support::write_stems(path, records, columns);

@@ -47,7 +47,8 @@ int main(int argc, char** argv) {
     support::write_json(options.json, report);
     support::print(support::warnings_of(result));
     const bool lacks_height = options.require_height && result.vertical && !result.vertical->is_known();
-    support::write_or_remove_transform(out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
+    support::write_or_remove_transform(
+        out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     (registered ? std::cout : std::cerr) << support::summary(result) << '\n';
     return registered && !lacks_height ? support::done : support::no_registration;

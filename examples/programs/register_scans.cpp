@@ -72,8 +72,10 @@ int main(int argc, char** argv) {
     report["target"]["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
     support::print(support::warnings_of(result.matching));
-    const bool lacks_height = options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
-    support::write_or_remove_transform(out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
+    const bool lacks_height =
+        options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
+    support::write_or_remove_transform(
+        out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     if (registered && options.dof == "4") {  // otherwise the reason says it
       support::warn_if_tilted(source_map, source_file);

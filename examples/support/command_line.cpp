@@ -30,9 +30,10 @@ void shared_options::add_mapping_to(CLI::App& app) {
 }
 
 void shared_options::add_matching_to(CLI::App& app) {
-  app.add_option("--dof", dof,
-                 "4: rotate about the vertical only; 6: rotate freely; auto: freely where a scan is rotated beyond "
-                 "doubt")
+  app.add_option(
+         "--dof", dof,
+         "4: rotate about the vertical only; 6: rotate freely; auto: freely where a scan is rotated beyond "
+         "doubt")
       ->check(CLI::IsMember({"auto", "4", "6"}))
       ->capture_default_str();
   app.add_option("--tolerance", tolerance,

@@ -91,7 +91,9 @@ struct point_marks {
 };
 
 point_marks marks_of(const char* record, unsigned format) {
-  const auto byte = [&](std::size_t offset) { return load<std::uint8_t>(record + offset, std::endian::little); };
+  const auto byte = [&](std::size_t offset) {
+    return load<std::uint8_t>(record + offset, std::endian::little);
+  };
   const bool is_long = format >= 6;
   const unsigned number = is_long ? byte(16) : byte(15) & 0x1Fu;
   return {number == 7 || number == 18, (byte(15) & (is_long ? 0x04u : 0x80u)) != 0};

@@ -94,10 +94,14 @@ json row_by_row(const Eigen::Isometry3d& transform) {
 }
 
 json describe(const ground_funnel& f) {
-  return {{"not_finite", f.not_finite},   {"low_points", f.low_points}, {"cells", f.cells},
-          {"cells_apart", f.cells_apart}, {"low_outliers", f.low_outliers},
+  return {{"not_finite", f.not_finite},
+          {"low_points", f.low_points},
+          {"cells", f.cells},
+          {"cells_apart", f.cells_apart},
+          {"low_outliers", f.low_outliers},
           {"coordinate_step", f.coordinate_step},
-          {"unreachable", f.unreachable}, {"ground_points", f.ground_points}};
+          {"unreachable", f.unreachable},
+          {"ground_points", f.ground_points}};
 }
 
 json describe(const hypothesis& h) {
@@ -175,11 +179,13 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
     add("low_noise", std::to_string(map.funnel.ground.low_points) + " points below the ground were left out");
   const bool has_points = map.funnel.ground.cells > 0;
   if (has_points && map.terrain.status == ground_status::none)
-    add("no_ground", "no ground was seen: heights of stems are those of the lowest points, and off by metres; "
-                     "where it should be there, is --up right (0,1,0 for y up)?");
+    add("no_ground",
+        "no ground was seen: heights of stems are those of the lowest points, and off by metres; "
+        "where it should be there, is --up right (0,1,0 for y up)?");
   else if (map.terrain.cut_off)
-    add("cut_off", "all below some height is missing in part of the scan: heights of stems are known only where "
-                   "ground was seen");
+    add("cut_off",
+        "all below some height is missing in part of the scan: heights of stems are known only where "
+        "ground was seen");
   if (map.terrain.status == ground_status::normalised)
     add("normalised_heights", "the ground lies at height 0 everywhere: heights are those above the ground");
   if (map.funnel.ground.coordinate_step > 0) {
@@ -300,7 +306,8 @@ std::string summary(const matching& result) {
     const Eigen::Matrix3d at_center = result.uncertainty->at(result.uncertainty->center);
     const Eigen::Vector3d& up = result.uncertainty->up;
     const double horizontal = std::sqrt(std::max(0.0, at_center.trace() - up.dot(at_center * up)));
-    line << std::setprecision(2) << ", standard error by the stems alone " << 100 * horizontal << " cm in plan";
+    line << std::setprecision(2) << ", standard error by the stems alone " << 100 * horizontal
+         << " cm in plan";
   }
   if (result.vertical && result.vertical->is_known())
     line << ", of the height by " << (result.vertical->source == vertical_source::ground ? "ground" : "stems")

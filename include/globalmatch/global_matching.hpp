@@ -26,8 +26,7 @@ struct global_matching_options {
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const global_matching_options& options) {
-  if (options.max_hypotheses < 2)
-    throw std::invalid_argument("global.max_hypotheses must be at least 2");
+  if (options.max_hypotheses < 2) throw std::invalid_argument("global.max_hypotheses must be at least 2");
   if (options.max_seeds < options.max_hypotheses)
     throw std::invalid_argument("global.max_seeds must be at least max_hypotheses");
 }
@@ -41,7 +40,8 @@ struct consensus_set {
 /// The largest consensus set of triangle pairs, that of the first seed of equally large ones; empty without
 /// pairs. `pairs` are those of `match_locally`, from the triangles of `source` and `target`, whose heights
 /// count unless `horizontal`. `epsilon` [m] is the largest difference of corresponding distances. Throws
-/// `std::invalid_argument` naming a bad option, and for pairs of other positions. Memory: quadratic in the stems.
+/// `std::invalid_argument` naming a bad option, and for pairs of other positions. Memory: quadratic in the
+/// stems.
 inline consensus_set match_globally(const position_set& source, const position_set& target, bool horizontal,
                                     std::span<const triangle_pair> pairs, double epsilon,
                                     const global_matching_options& options = {}, const execution& exec = {}) {

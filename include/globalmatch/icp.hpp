@@ -280,11 +280,10 @@ std::vector<vec3> finite_points(const R& points) {
 
 }  // namespace detail
 
-/// Refines `coarse`, the transform target_from_source, over the layers; points that are not finite are skipped.
-/// When fewer than six pairs are left
-/// `converged` is false and the transform the last good one. 4-DoF turns about z, so both frames must be
-/// level. Throws `std::invalid_argument` for options that make no sense, normals of some points only, and a
-/// coarse transform that is not finite.
+/// Refines `coarse`, the transform target_from_source, over the layers; points that are not finite are
+/// skipped. When fewer than six pairs are left `converged` is false and the transform the last good one.
+/// 4-DoF turns about z, so both frames must be level. Throws `std::invalid_argument` for options that make no
+/// sense, normals of some points only, and a coarse transform that is not finite.
 inline icp_result refine_by_icp(const std::vector<icp_layer>& layers, const Eigen::Isometry3d& coarse,
                                 degrees_of_freedom dof, const icp_options& options = {},
                                 const execution& exec = {}) {
@@ -293,7 +292,8 @@ inline icp_result refine_by_icp(const std::vector<icp_layer>& layers, const Eige
     std::vector<detail::vec3> result;
     result.reserve(points.size());
     for (std::size_t i = 0; i < points.size(); ++i)
-      if (is_finite(detail::from_eigen(points[i])) && (like.empty() || is_finite(detail::from_eigen(like[i]))))
+      if (is_finite(detail::from_eigen(points[i])) &&
+          (like.empty() || is_finite(detail::from_eigen(like[i]))))
         result.push_back(detail::from_eigen(points[i]));
     return result;
   };

@@ -32,7 +32,8 @@ using stem_index = std::uint32_t;
 /// Specialise to make a foreign type a point: `static auto xyz(const P&)` returns anything with `[0] [1] [2]`
 /// (or `[0] [1]` and `static constexpr int dimension = 2` for a position in plan). Optional members:
 /// `radius(const P&)` [m], `position_sigma(const P&)` and `height_sigma(const P&)` [m, 0 where unknown], and
-/// `axis(const P&)`, a unit vector that points up along the stem, or zero where it is not known. Types with `.x .y .z`, or of a fixed size with
+/// `axis(const P&)`, a unit vector that points up along the stem, or zero where it is not known. Types with
+/// `.x .y .z`, or of a fixed size with
 /// `[0] [1] [2]`, need no specialisation; a member `.radius` [m] is read as well.
 template <class P>
 struct point_traits;
@@ -123,8 +124,8 @@ using element_of = std::ranges::range_reference_t<const std::remove_reference_t<
 /// Anything to iterate over more than once, also while it is const, whose elements are points:
 /// `std::vector<MyPoint>`, `pcl::PointCloud<T>`, `matrix.colwise()`, `strided_points(...)`,
 /// `soa_points(...)`, and views of these such as `std::views::transform` and `take`. Views that find their
-/// begin when asked (`filter`, `drop_while`) are none: copy what they yield, or use `subset_points`. Ranges that
-/// give random access are read from several threads at once.
+/// begin when asked (`filter`, `drop_while`) are none: copy what they yield, or use `subset_points`. Ranges
+/// that give random access are read from several threads at once.
 template <class R>
 concept point_range = detail::const_forward_range<R> && point<detail::element_of<R>>;
 

@@ -30,8 +30,8 @@ struct position_set {
   std::vector<double> sigma;         ///< [m] standard deviation of each; empty when none is known
   std::vector<double> radius;        ///< [m] of each stem, 0 where unknown; empty when none is known
   std::vector<double> height_sigma;  ///< [m] of each height; empty when none is known
-  std::vector<detail::vec3> axis;    ///< unit, levelled local frame, 0 where unknown; empty when none is known
-  bool has_heights = true;           ///< false: heights are not known: all are equal, or none are given
+  std::vector<detail::vec3> axis;  ///< unit, levelled local frame, 0 where unknown; empty when none is known
+  bool has_heights = true;         ///< false: heights are not known: all are equal, or none are given
 
   std::size_t size() const { return at.size(); }
 };
@@ -135,8 +135,8 @@ inline void fill(position_set& set, std::vector<given_position>&& given) {
 
 /// Reads the caller's positions, and how uncertain and how thick they are where their type says so
 /// (`point_traits`). `name` ("source", "target") is for messages. A radius that is not positive and finite is
-/// unknown, and so are heights that are all equal. Throws `std::invalid_argument` when a coordinate is not finite or beyond 1e12 m, or a standard
-/// deviation negative or not finite, and `operation_cancelled`.
+/// unknown, and so are heights that are all equal. Throws `std::invalid_argument` when a coordinate is not
+/// finite or beyond 1e12 m, or a standard deviation negative or not finite, and `operation_cancelled`.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
                               const execution& exec = {}) {

@@ -62,7 +62,7 @@ struct registration {
   std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered; refined unless ICP is off
   globalmatch::matching matching;                       ///< holds the coarse transform
   std::optional<icp_result> icp;                        ///< when it ran
-  bool refined = false;  ///< `target_from_source` is that of ICP
+  bool refined = false;                                 ///< `target_from_source` is that of ICP
 };
 
 struct scan_registration {
@@ -118,8 +118,8 @@ inline rigid between_levelled(const stem_map& source, const stem_map& target,
          levelled_frame(source).local_from_scan().inverse();
 }
 
-/// Ground samples under a transform from the levelled frame of the map; where the ground was cut off, those that
-/// lie in a surface.
+/// Ground samples under a transform from the levelled frame of the map; where the ground was cut off, those
+/// that lie in a surface.
 inline std::vector<vec3> sure_ground(const stem_map& map, const rigid& transform) {
   const local_frame levelled = levelled_frame(map);
   std::vector<vec3> ground;
@@ -140,24 +140,27 @@ inline void forget_height(matching& result, std::string reason) {
   if (result.uncertainty) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
 }
 
-/// Moves the registration to the height at which the ground that both scans see coincides. Where too little is
-/// seen by both the heights of the stems stay, unless the ground of a scan was cut off.
+/// Moves the registration to the height at which the ground that both scans see coincides. Where too little
+/// is seen by both the heights of the stems stay, unless the ground of a scan was cut off.
 inline void use_ground(const stem_map& source, const stem_map& target, matching& result) {
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
     if (map->terrain.status == ground_status::none)
-      return forget_height(result, std::string(name) +
-                                       " shows no ground; the height of the transform is a guess, which a scan "
-                                       "with its ground mends");
+      return forget_height(result,
+                           std::string(name) +
+                               " shows no ground; the height of the transform is a guess, which a scan "
+                               "with its ground mends");
   const rigid transform = between_levelled(source, target, *result.target_from_source);
   const auto found = find_ground_offset(sure_ground(source, transform), sure_ground(target, {}));
   if (!found) {
     if (source.terrain.cut_off || target.terrain.cut_off)
-      forget_height(result, "the ground was cut off; both scans show none of it at one place, and the height of the "
-                            "transform is a guess");
+      forget_height(result,
+                    "the ground was cut off; both scans show none of it at one place, and the height of the "
+                    "transform is a guess");
     return;
   }
   const Eigen::Vector3d shift = found->offset * target.up;
-  for (Eigen::Isometry3d* moved : {&*result.target_from_source, &result.hypotheses.front().target_from_source})
+  for (Eigen::Isometry3d* moved :
+       {&*result.target_from_source, &result.hypotheses.front().target_from_source})
     moved->pretranslate(shift);
   result.vertical->source = vertical_source::ground;
   result.vertical->sigma = found->sigma;
@@ -181,8 +184,8 @@ struct levelled_samples {
 /// height as well, ground on ground. It turns
 /// freely where a vertical is the stems', which is good to some tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
-                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof,
-                                    bool uses_ground, const icp_options& options, const execution& exec) {
+                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof, bool uses_ground,
+                                    const icp_options& options, const execution& exec) {
   const local_frame source_frame = levelled_frame(source), target_frame = levelled_frame(target);
   levelled_samples from(source, source_frame), to(target, target_frame);
   if (from.stem_normals.empty() || to.stem_normals.empty()) from.stem_normals = to.stem_normals = {};
@@ -211,8 +214,9 @@ inline void keep_height(registration& result) {
 }  // namespace detail
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
-/// that does not converge, or moves further in plan than the stems allow, leaves the coarse transform. Where a map took its vertical from its stems, ICP
-/// turns freely, whatever the degrees of freedom. Throws `std::invalid_argument` naming a bad option.
+/// that does not converge, or moves further in plan than the stems allow, leaves the coarse transform. Where
+/// a map took its vertical from its stems, ICP turns freely, whatever the degrees of freedom. Throws
+/// `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
                                   const registration_options& options = {}, const execution& exec = {}) {
   require_valid(options.icp);
@@ -232,9 +236,9 @@ inline registration register_maps(const stem_map& source, const stem_map& target
                                            rotates ? degrees_of_freedom::six : degrees_of_freedom::four,
                                            result.matching.vertical->is_known(), options.icp, exec);
     if (!result.matching.vertical->is_known()) detail::keep_height(result);
-    result.refined = result.icp->converged &&
-                     detail::moves_within(result.matching.uncertainty, *result.target_from_source,
-                                          result.icp->target_from_source);
+    result.refined =
+        result.icp->converged && detail::moves_within(result.matching.uncertainty, *result.target_from_source,
+                                                      result.icp->target_from_source);
     if (result.refined) result.target_from_source = result.icp->target_from_source;
   } catch (const operation_cancelled& e) {
     result.outcome = outcome::cancelled;

@@ -105,9 +105,12 @@ enum class ground_status {
 
 constexpr std::string_view to_string(ground_status status) {
   switch (status) {
-    case ground_status::seen: return "seen";
-    case ground_status::none: return "none";
-    case ground_status::normalised: return "normalised";
+    case ground_status::seen:
+      return "seen";
+    case ground_status::none:
+      return "none";
+    case ground_status::normalised:
+      return "normalised";
   }
   return "";
 }

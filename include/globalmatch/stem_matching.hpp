@@ -75,9 +75,9 @@ inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& sou
           h.consensus};
 }
 
-/// Refits a hypothesis at each finer threshold, from the transform of the coarser one, and keeps the one of the
-/// smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform off the place
-/// where most fit closely. Not for so many pairs that a few have no say.
+/// Refits a hypothesis at each finer threshold, from the transform of the coarser one, and keeps the one of
+/// the smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform off the
+/// place where most fit closely. Not for so many pairs that a few have no say.
 inline void refine_threshold(local_hypothesis& best, const position_evidence& positions,
                              const matching_context& context) {
   constexpr std::size_t max_pairs = 4096;
@@ -231,9 +231,11 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   require_prepared_for(target, source, options);
   const parallel_scope scope(exec, "verification");
   matching result;
-  const bool horizontal = !options.dof || options.horizontal || !source.has_heights || !target.stems.has_heights;
+  const bool horizontal =
+      !options.dof || options.horizontal || !source.has_heights || !target.stems.has_heights;
   const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
-                                 target.index, horizontal, options.dof.value_or(degrees_of_freedom::four), exec);
+                                 target.index, horizontal, options.dof.value_or(degrees_of_freedom::four),
+                                 exec);
   plantation planted;
   if (target.background->has_lattice())
     planted = {find_lattice(*context.source_index), find_lattice(*context.target_index)};

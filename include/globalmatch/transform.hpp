@@ -32,7 +32,8 @@ inline std::optional<Eigen::Isometry3d> fit_transform(std::span<const Eigen::Vec
   for (const Eigen::Vector3d& p : target) to.push_back(detail::from_eigen(p));
   const auto finite = [](const detail::vec3& p) { return is_finite(p); };
   if (!std::all_of(from.begin(), from.end(), finite) || !std::all_of(to.begin(), to.end(), finite))
-    throw std::invalid_argument("fit_transform: a coordinate of source or target is not finite; remove the point");
+    throw std::invalid_argument(
+        "fit_transform: a coordinate of source or target is not finite; remove the point");
   if (!std::all_of(weights.begin(), weights.end(), [](double w) { return w >= 0 && std::isfinite(w); }))
     throw std::invalid_argument("fit_transform: weights must not be negative, and finite");
   const auto transform = detail::fit_rigid(from, to, dof, weights);

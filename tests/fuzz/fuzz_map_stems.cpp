@@ -45,7 +45,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   Eigen::Vector3d up(0, 0, 1);
   if (bytes.choice(4) == 0) up = {0.01 * bytes.take<std::int8_t>(), 0.01 * bytes.take<std::int8_t>(), 0.5};
   const auto cloud = cloud_from(bytes);
-  const stem_map map = map_stems(cloud, options, up, {.threads = 1});
+  stem_map map;
+  try {
+    map = map_stems(cloud, options, up, {.threads = 1});
+  } catch (const std::invalid_argument&) {
+    return 0;  // not in metres
+  }
   fuzz::require(map.funnel.ground.points == cloud.size(), "all points are counted");
   fuzz::require(map.funnel.thinned <= map.funnel.understory, "one point a voxel");
   fuzz::require(map.funnel.stems == map.stems.size(), "all stems are counted");

@@ -44,8 +44,9 @@ void require_coherent(const matching& m, std::size_t sources, std::size_t target
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::byte_source bytes(data, size);
   matching_options options;
-  options.dof = bytes.choice(4) == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
-  options.horizontal = options.dof == degrees_of_freedom::four && bytes.choice(4) == 0;
+  if (const auto dof = bytes.choice(4); dof < 2)
+    options.dof = dof == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
+  options.horizontal = options.dof != degrees_of_freedom::six && bytes.choice(4) == 0;
   options.proposal = bytes.choice(4) == 0 ? proposal::algorithm_1 : proposal::triangle_index;
   if (bytes.choice(2) == 0) options.inlier_threshold = 0.02 + bytes.take<std::uint8_t>() / 100.0;
   options.global.max_hypotheses = 4;

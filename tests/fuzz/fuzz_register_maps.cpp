@@ -37,7 +37,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::byte_source bytes(data, size);
   registration_options options;
   options.icp.metric = bytes.choice(2) == 0 ? icp_metric::point_to_plane : icp_metric::point_to_point;
-  options.matching.dof = bytes.choice(4) == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
+  if (const auto dof = bytes.choice(4); dof < 2)
+    options.matching.dof = dof == 0 ? degrees_of_freedom::six : degrees_of_freedom::four;
   auto places = bytes.positions(32);
   const stem_map source = map_around(places, bytes);
   const double yaw = bytes.take<std::uint16_t>() / 1000.0;

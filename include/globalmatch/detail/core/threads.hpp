@@ -151,8 +151,8 @@ inline void call_helpers(work_frame& frame) {
   frame.team->open(*frame.loop, std::exchange(frame.helpers, 0));
 }
 
-/// Stops the loops of this thread that an exception of the callback of `exec` leaves: it goes before what their
-/// chunks throw.
+/// Stops the loops of this thread that an exception of the callback of `exec` leaves: it goes before what
+/// their chunks throw.
 inline void interrupt_loops(const execution& exec, const std::exception_ptr& error) {
   work_frame* outermost = nullptr;
   for (work_frame* frame = work_frame::top(); frame && !frame->is_callback; frame = frame->outer)

@@ -49,8 +49,8 @@ inline double held_cells_a_node(const lowest_raster& lowest) {
   std::size_t cells = 0, nodes = 0;
   for (int r = 0; r < lowest.rows; r += lowest_cells_a_node)
     for (int c = 0; c < lowest.columns; c += lowest_cells_a_node) {
-      const int held = lowest.holds(c, r) + lowest.holds(c + 1, r) + lowest.holds(c, r + 1) +
-                       lowest.holds(c + 1, r + 1);
+      const int held =
+          lowest.holds(c, r) + lowest.holds(c + 1, r) + lowest.holds(c, r + 1) + lowest.holds(c + 1, r + 1);
       cells += std::size_t(held);
       nodes += held > 0;
     }
@@ -76,7 +76,7 @@ inline ground_model model_ground(lowest_raster lowest, const ground_funnel& funn
   const double cells_a_node = held_cells_a_node(lowest);
   constexpr double clump_depth = 1;  // [m] no hollow of a forest floor is so deep and so narrow
   model.funnel.low_outliers = remove_low_outliers(lowest, options.low_point_depth, exec);
-  constexpr double clump_step = 1;   // [m] of blocks that are 1 m wide: a slope of 45 degrees
+  constexpr double clump_step = 1;  // [m] of blocks that are 1 m wide: a slope of 45 degrees
   model.funnel.low_outliers += remove_low_clumps(lowest, clump_depth, clump_step);
   constexpr double noise_depth = 0.12;  // [m]
   for (int sweep = 0; is_noisy && sweep < 2; ++sweep)
@@ -91,7 +91,8 @@ inline ground_model model_ground(lowest_raster lowest, const ground_funnel& funn
 }
 
 /// The ground under a scan. `up` points away from it, in the frame of the scan. The terrain is empty when no
-/// point is finite. Reads the scan once, and again where noise below the ground has to be left out. Throws `std::invalid_argument` naming a bad option, `operation_cancelled` on request.
+/// point is finite. Reads the scan once, and again where noise below the ground has to be left out. Throws
+/// `std::invalid_argument` naming a bad option, `operation_cancelled` on request.
 template <point_range R>
 ground_model model_ground(const R& scan, const ground_options& options, const vec3& up,
                           bare_ground_finder* find_bare_ground, const execution& exec) {
@@ -108,7 +109,8 @@ ground_model model_ground(const R& scan, const ground_options& options, const ve
     floors.push_back(find_noise_floor(sample, model.terrain));
     if (!is_noisy(floors.back())) break;
     const auto keep = [&](const vec3& p) {
-      return std::none_of(floors.begin(), floors.end(), [&](const noise_floor& f) { return f.holds_above(p); });
+      return std::none_of(floors.begin(), floors.end(),
+                          [&](const noise_floor& f) { return f.holds_above(p); });
     };
     sample = {.one_in = 4};
     lowest = gather_lowest_points(scan, resolution, up, funnel, exec, keep, &sample);

@@ -73,7 +73,10 @@ inline std::vector<std::uint8_t> supported_blocks(const ground_surface& blocks,
 inline ground_surface find_ground_surface(const terrain& ground, int nodes_a_block = 1) {
   constexpr std::size_t min_blocks = 25;  // 6 m^2 at the usual resolution, inside a rim of one node
   ground_surface found{(ground.columns + nodes_a_block - 1) / nodes_a_block,
-                       (ground.rows + nodes_a_block - 1) / nodes_a_block, nodes_a_block, {}, 0};
+                       (ground.rows + nodes_a_block - 1) / nodes_a_block,
+                       nodes_a_block,
+                       {},
+                       0};
   if (ground.first_ground.empty()) return found;
   std::vector<std::uint8_t> left = supported_blocks(found, count_in_blocks(ground, found));
   found.in_surface.assign(left.size(), 0);

@@ -64,7 +64,8 @@ struct height_histogram {
       if (counts[i] + counts[i + 1] > counts[fullest] + counts[fullest + 1]) fullest = i;
     const std::uint32_t below = std::accumulate(counts.begin(), counts.begin() + std::ptrdiff_t(fullest), 0u);
     const double height = lowest + double(fullest) * bin;
-    const bool is_layer = counts[fullest] + counts[fullest + 1] >= min_share * all && below <= max_below * all;
+    const bool is_layer =
+        counts[fullest] + counts[fullest + 1] >= min_share * all && below <= max_below * all;
     return is_layer && height > min_height ? height : std::numeric_limits<double>::quiet_NaN();
   }
 };
@@ -73,8 +74,10 @@ struct height_histogram {
 /// fitted to noise below them. Cost: linear in the sample.
 inline noise_floor find_noise_floor(const scan_sample& sample, const terrain& ground) {
   constexpr double margin = 0.1;  // [m] below a layer, for slopes within the square metre
-  noise_floor floor{ground.frame, int(std::ceil(ground.columns * ground.resolution)),
-                    int(std::ceil(ground.rows * ground.resolution)), {}};
+  noise_floor floor{ground.frame,
+                    int(std::ceil(ground.columns * ground.resolution)),
+                    int(std::ceil(ground.rows * ground.resolution)),
+                    {}};
   std::vector<height_histogram> histograms(std::size_t(floor.columns) * std::size_t(floor.rows));
   const auto square = [&](double x, double y) {
     return std::size_t(y) * std::size_t(floor.columns) + std::size_t(x);
@@ -100,15 +103,16 @@ inline noise_floor find_noise_floor(const scan_sample& sample, const terrain& gr
   return floor;
 }
 
-/// Empties the cells whose point lies more than `depth` [m] below the means of nearly all pairs of points that
-/// face each other across it, within two cells: on a slope these means are its own height. For noisy scans,
-/// as ground between shrubs is lost too. Returns how many. Cost: linear in the cells.
+/// Empties the cells whose point lies more than `depth` [m] below the means of nearly all pairs of points
+/// that face each other across it, within two cells: on a slope these means are its own height. For noisy
+/// scans, as ground between shrubs is lost too. Returns how many. Cost: linear in the cells.
 inline std::size_t remove_below_pairs(lowest_raster& raster, double depth) {
   constexpr int half_width = 2, min_pairs = 4;  // of twelve
   constexpr double min_share = 0.8;
   const std::vector<vec3f> before = raster.points;
   const auto height = [&](int c, int r) {
-    return c >= 0 && r >= 0 && c < raster.columns && r < raster.rows ? before[raster.cell(c, r)].z : not_known;
+    return c >= 0 && r >= 0 && c < raster.columns && r < raster.rows ? before[raster.cell(c, r)].z
+                                                                     : not_known;
   };
   const auto is_low = [&](int c, int r) {
     const float z = height(c, r);

@@ -54,8 +54,8 @@ inline coordinate_range robust_range(const std::vector<vec3>& points, std::size_
 }
 
 /// How far points lie above each other in the tallest blocks of a scan, which are a 32nd of it wide: exceeded
-/// by one block in a hundred, less the rise of a slope of 45 degrees. The lowest and the highest point of each
-/// may be outliers. 0 where few blocks hold enough points.
+/// by one block in a hundred, less the rise of a slope of 45 degrees. The lowest and the highest point of
+/// each may be outliers. 0 where few blocks hold enough points.
 inline double height_of_blocks(const std::vector<vec3>& points, const coordinate_range& x,
                                const coordinate_range& y) {
   constexpr std::size_t along = 32, min_blocks = 10, min_points = 4;
@@ -80,8 +80,9 @@ inline double height_of_blocks(const std::vector<vec3>& points, const coordinate
   return *tall;
 }
 
-/// [m] The step, of a decimetre or more, that all points share in x or in y; 0 when there is none. Floats hold
-/// map coordinates of millions of metres in steps of half a metre. Coordinates that are all equal have none.
+/// [m] The step, of a decimetre or more, that all points share in x or in y; 0 when there is none. Floats
+/// hold map coordinates of millions of metres in steps of half a metre. Coordinates that are all equal have
+/// none.
 template <point_range R>
 double coordinate_step(const R& scan) {
   constexpr std::size_t min_points = 100;
@@ -101,7 +102,8 @@ double coordinate_step(const R& scan) {
 }
 
 /// Throws `std::invalid_argument` naming the unit and the remedy when a scan cannot be in metres: in
-/// many places points lie higher above each other than trees are. Extents do not tell, as a corridor may be as long.
+/// many places points lie higher above each other than trees are. Extents do not tell, as a corridor may be
+/// as long.
 template <point_range R>
 void require_metres(const R& scan, const vec3& up) {
   constexpr double tallest_tree = 130;  // [m] and more than any
@@ -113,12 +115,11 @@ void require_metres(const R& scan, const vec3& up) {
   if (!(height > tallest_tree)) return;
   const auto whole = [](double v) { return std::to_string(std::llround(v)); };
   const bool millimetres = height > in_millimetres;
-  throw std::invalid_argument("scan: extent of " + whole(x.width()) + " x " + whole(y.width()) +
-                              " m, with points " + whole(height) +
-                              " m above each other: are coordinates in " +
-                              (millimetres ? "millimetres? Multiply them by 0.001"
-                                           : "centimetres? Multiply them by 0.01") +
-                              ": metres are needed");
+  throw std::invalid_argument(
+      "scan: extent of " + whole(x.width()) + " x " + whole(y.width()) + " m, with points " + whole(height) +
+      " m above each other: are coordinates in " +
+      (millimetres ? "millimetres? Multiply them by 0.001" : "centimetres? Multiply them by 0.01") +
+      ": metres are needed");
 }
 
 }  // namespace globalmatch::detail

@@ -101,8 +101,8 @@ inline std::string describe_few_stems(std::span<const local_hypothesis> hypothes
 }
 
 /// Whether the best hypothesis is to be trusted: enough stems, not in a line, significant, and no
-/// alternative that explains the stems nearly as well. Heights have no say (`vertical_fit`). `hypotheses` are ranked,
-/// distinct, scored at one threshold, and in the frames of `context`.
+/// alternative that explains the stems nearly as well. Heights have no say (`vertical_fit`). `hypotheses` are
+/// ranked, distinct, scored at one threshold, and in the frames of `context`.
 inline decision decide(std::span<const local_hypothesis> hypotheses, const matching_context& context,
                        const decision_options& options = {}) {
   require_valid(options);

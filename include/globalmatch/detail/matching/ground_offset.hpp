@@ -1,5 +1,5 @@
-// Ground on ground: how far apart in height the ground is that two scans see at one place. In: ground points of
-// both, in one levelled frame, at the right place in plan. Out: the vertical offset between them. Ours.
+// Ground on ground: how far apart in height the ground is that two scans see at one place. In: ground points
+// of both, in one levelled frame, at the right place in plan. Out: the vertical offset between them. Ours.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ class ground_planes {
 
   const std::vector<vec3>& points() const { return points_.at; }
 
-  /// Height [m] of the plane at (x, y) through the points around; nothing where fewer than `min_neighbors` are,
-  /// or none is next to it.
+  /// Height [m] of the plane at (x, y) through the points around; nothing where fewer than `min_neighbors`
+  /// are, or none is next to it.
   std::optional<double> height_at(double x, double y, std::size_t min_neighbors) const {
     constexpr double plane_radius = 0.75, max_distance = 0.35;  // [m]
     mat3 normal;
@@ -94,7 +94,8 @@ inline std::vector<double> offsets_of_blocks(const ground_planes& source, const 
   return medians;
 }
 
-/// The offset that most blocks agree on; nothing where fewer than three do, or another one is nearly as frequent.
+/// The offset that most blocks agree on; nothing where fewer than three do, or another one is nearly as
+/// frequent.
 inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) {
   constexpr double half_width = 0.15;  // [m] within which blocks agree
   constexpr double min_ratio = 2.5;    // of the most frequent to the next
@@ -123,13 +124,13 @@ inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) 
   return ground_offset{middle, std::sqrt(of_students_t * median_of_normal * squares / (count - 1) / count)};
 }
 
-/// The vertical offset of the ground that both scans see, from points in one levelled frame. First where ground
-/// lies densely, then also where it is sparser; nothing where too little of it is seen by both. Cost: linear in
-/// the points.
+/// The vertical offset of the ground that both scans see, from points in one levelled frame. First where
+/// ground lies densely, then also where it is sparser; nothing where too little of it is seen by both. Cost:
+/// linear in the points.
 inline std::optional<ground_offset> find_ground_offset(std::vector<vec3> source, std::vector<vec3> target) {
   if (source.empty() || target.empty()) return std::nullopt;
   const ground_planes from(std::move(source)), to(std::move(target));
-  for (const std::size_t min_neighbors : {12, 8})
+  for (const std::size_t min_neighbors : {12u, 8u})
     if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors))) return found;
   return std::nullopt;
 }

@@ -40,7 +40,8 @@ inline const execution& default_execution() {
 /// Refers to both maps and to `exec`.
 ///
 /// In 6-DoF distances of stems are those in space. In 4-DoF they are horizontal: heights are the noisier
-/// coordinate ([GM] 5.4.3), and what is wrong with them is decided when the stems are paired (`vertical_fit`).
+/// coordinate ([GM] 5.4.3), and what is wrong with them is decided when the stems are paired
+/// (`vertical_fit`).
 class matching_context {
  public:
   matching_context(const position_set& source_stems, const position_set& target_stems, bool ignore_heights,
@@ -107,8 +108,8 @@ class matching_context {
   }
 
   /// Pairs transformed source stems with target stems, nearest first, one to one, within `inlier_threshold`
-  /// [m]; of each source stem the nearest ones are candidates, so that memory is linear where stems lie on top
-  /// of each other. Only source stems nearer to `center` than `radius` [m horizontal] are looked at.
+  /// [m]; of each source stem the nearest ones are candidates, so that memory is linear where stems lie on
+  /// top of each other. Only source stems nearer to `center` than `radius` [m horizontal] are looked at.
   std::vector<correspondence> pair_stems(const rigid& target_from_source, double inlier_threshold,
                                          const vec3& center = {},
                                          double radius = std::numeric_limits<double>::infinity()) const {

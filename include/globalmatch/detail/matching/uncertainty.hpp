@@ -82,8 +82,8 @@ inline double height_variance(const vertical_fit& fit) {
 
 /// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
 /// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
-/// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer than
-/// four pairs. Cost: linear in the pairs.
+/// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer
+/// than four pairs. Cost: linear in the pairs.
 inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h,
                                                        const matching_context& context,
                                                        const local_vertical_fit& vertical = {}) {

@@ -1,5 +1,5 @@
-// Vertical fit: what the heights of the stems that match in plan say. In: a hypothesis fitted in plan. Out: its
-// transform with a height, or rotated, and how far the height is to be trusted. Ours.
+// Vertical fit: what the heights of the stems that match in plan say. In: a hypothesis fitted in plan. Out:
+// its transform with a height, or rotated, and how far the height is to be trusted. Ours.
 //
 // Heights differ by a constant where both scans are level. Where they differ by a plane either one scan is
 // rotated against the other, or heights are wrong: they drift, or the ground was hidden. Heights cannot tell;
@@ -33,8 +33,8 @@ inline rigid turned(const rigid& transform, const vec3& turn, const vec3& center
   return shifted_before(shifted_after(rotation, center), -center) * transform;
 }
 
-/// Standard deviations as multiples of one that is common to all: a known variance adds to one as large as the
-/// median, so that no stem is much more certain than the rest. 1 where none is known.
+/// Standard deviations as multiples of one that is common to all: a known variance adds to one as large as
+/// the median, so that no stem is much more certain than the rest. 1 where none is known.
 inline std::vector<double> relative_sigmas(const std::vector<double>& variances) {
   std::vector<double> sorted = variances;
   const double usual = median(sorted);
@@ -104,7 +104,8 @@ class vertical_observations {
     if (context_.source.axis.empty() || context_.target.axis.empty()) return kind;
     const double known = tilts ? 1 : 0;
     for (const correspondence& c : pairs_) {
-      const vec3 from = transform.rotation * context_.source.axis[c.source], to = context_.target.axis[c.target];
+      const vec3 from = transform.rotation * context_.source.axis[c.source],
+                 to = context_.target.axis[c.target];
       if (!(from.squared_norm() > 0 && to.squared_norm() > 0)) continue;
       const vec3 turn = from.cross(to);
       kind.of.push_back({{{{{0, 0, 0, known, 0, 0}, turn.x}, {{0, 0, 0, 0, known, 0}, turn.y}}}});
@@ -202,8 +203,8 @@ class vertical_decision {
 
   /// How likely they are, shifted and turned about the vertical.
   double positions_and_axes(const rigid& transform) const {
-    return estimate_small_transform({observations_.positions(transform, center_, false),
-                                     observations_.axes(transform, false)})
+    return estimate_small_transform(
+               {observations_.positions(transform, center_, false), observations_.axes(transform, false)})
         .log_likelihood;
   }
 
@@ -263,8 +264,8 @@ inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotate
   const std::optional<vec3> turn = decision.rotation();
   if (!turn && !decision.is_sloping()) return std::nullopt;
   local_hypothesis rotated = h;
-  rotated.target_from_source =
-      turned(h.target_from_source, turn.value_or(vertical_decision::turn_of(decision.sloped())), decision.center());
+  rotated.target_from_source = turned(
+      h.target_from_source, turn.value_or(vertical_decision::turn_of(decision.sloped())), decision.center());
   local_vertical_fit fit = fit_rotated(rotated, context);
   const auto pairs = double(rotated.correspondences.size());
   if (!turn && pairs < more_pairs * double(h.correspondences.size())) return std::nullopt;
@@ -286,14 +287,16 @@ inline std::string describe_missing_heights(const matching_context& context, boo
   if (ignored) return "heights were ignored; that of the transform is a guess";
   const bool source = context.source.has_heights, target = context.target.has_heights;
   if (source && target) return {};
-  return std::string(source ? "target has" : target ? "source has" : "source and target have") +
+  return std::string(source   ? "target has"
+                     : target ? "source has"
+                              : "source and target have") +
          " no heights, or the same one everywhere; the height of the transform is a guess";
 }
 
-/// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its height;
-/// where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its rotation.
-/// Not known are the heights of maps that have none, and those that scatter by more than heights of the ground
-/// do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
+/// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its
+/// height; where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its
+/// rotation. Not known are the heights of maps that have none, and those that scatter by more than heights of
+/// the ground do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
   constexpr double max_spread = 1;  // [m] where shrubs hide the ground heights are off by decimetres
@@ -309,8 +312,9 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
       return std::move(rotated->second);
     }
   if (decision.spread() > max_spread) {
-    result.fit.reason = "the heights of the paired stems scatter by more than a metre: not all of them are heights "
-                        "of the ground; the height of the transform is a guess";
+    result.fit.reason =
+        "the heights of the paired stems scatter by more than a metre: not all of them are heights "
+        "of the ground; the height of the transform is a guess";
     return result;
   }
   const bool slopes = decision.is_sloping();
