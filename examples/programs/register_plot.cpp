@@ -113,6 +113,7 @@ int main(int argc, char** argv) {
       std::ostream& out = result.target_from_source ? std::cout : std::cerr;
       out << scan_files[pair.source].filename().string() << " on "
           << scan_files[pair.target].filename().string() << ": " << support::summary(result.matching) << '\n';
+      support::print(support::warnings_of(result.matching));
     }
     // At the end, so that an unreadable scan leaves all old results in place.
     for (std::size_t i = 0; i < pairs.size(); ++i)

@@ -232,12 +232,14 @@ void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan) {
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
   json hypotheses = json::array();
   for (const hypothesis& h : result.hypotheses) hypotheses.push_back(describe(h));
+  json uncertainty = result.uncertainty ? describe(*result.uncertainty) : json(nullptr);
+  if (result.vertical && !result.vertical->is_known()) uncertainty["expected_error"] = nullptr;
   return {{"matches", result.funnel.correspondences},
           {"outcome", to_string(result.outcome)},
           {"reason", result.reason},
           {"probability", result.probability},
           {"target_from_source", target_from_source ? row_by_row(*target_from_source) : json(nullptr)},
-          {"uncertainty", result.uncertainty ? describe(*result.uncertainty) : json(nullptr)},
+          {"uncertainty", std::move(uncertainty)},
           {"hypotheses", std::move(hypotheses)},
           {"lattice", result.lattice ? describe(*result.lattice) : json(nullptr)},
           {"inlier_threshold", result.inlier_threshold},

@@ -109,6 +109,18 @@ inline void fill_heights(position_set& set, const given_heights& given) {
   replace_unknown(set.height_sigma);
 }
 
+/// Whether heights are measured ones: most lie further apart than rounding. A column of equal heights was
+/// filled in for want of others.
+inline bool heights_differ(const std::vector<vec3>& at) {
+  constexpr double min_range = 1e-3;  // [m] of nine in ten
+  if (at.size() < 2) return true;
+  std::vector<double> heights;
+  for (const vec3& p : at) heights.push_back(p.z);
+  sort_numbers(heights);
+  const std::size_t tenth = heights.size() / 20;
+  return heights[heights.size() - 1 - tenth] - heights[tenth] > min_range;
+}
+
 /// Sorts the positions and fills the set with them.
 inline void fill(position_set& set, std::vector<given_position>&& given) {
   std::sort(given.data(), given.data() + given.size());
@@ -126,9 +138,7 @@ inline void fill(position_set& set, std::vector<given_position>&& given) {
   }
   replace_unknown(set.sigma);
   if (!has_radii) set.radius.clear();
-  // A column of equal heights was filled in for want of measured ones.
-  const auto differs = [&](const given_position& g) { return g.numbers[2] != given.front().numbers[2]; };
-  set.has_heights = set.has_heights && std::any_of(given.begin(), given.end(), differs);
+  set.has_heights = set.has_heights && heights_differ(set.at);
 }
 
 }  // namespace detail

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -125,8 +126,9 @@ inline std::vector<vec3> sure_ground(const stem_map& map, const rigid& transform
   std::vector<vec3> ground;
   for (const Eigen::Vector3d& sample : map.ground_samples) {
     const vec3 p = from_eigen(sample), local = map.terrain.frame.to_local(p);
-    const bool is_sure = !map.terrain.cut_off || (map.terrain.covers(local.x, local.y) &&
-                                                  map.terrain.is_in_surface(local.x, local.y));
+    const bool is_sure =
+        !map.terrain.cut_off || (map.terrain.covers(local.x, local.y) && !map.terrain.in_surface.empty() &&
+                                 map.terrain.is_in_surface(local.x, local.y));
     if (is_sure) ground.push_back(transform * levelled.to_local(p));
   }
   return ground;
@@ -149,6 +151,10 @@ inline void use_ground(const stem_map& source, const stem_map& target, matching&
                            std::string(name) +
                                " shows no ground; the height of the transform is a guess, which a scan "
                                "with its ground mends");
+  if ((source.terrain.status == ground_status::normalised) !=
+      (target.terrain.status == ground_status::normalised))
+    return forget_height(result,
+                         "heights of one scan are those above the ground; that of the transform is a guess");
   const rigid transform = between_levelled(source, target, *result.target_from_source);
   const auto found = find_ground_offset(sure_ground(source, transform), sure_ground(target, {}));
   if (!found) {
@@ -165,15 +171,16 @@ inline void use_ground(const stem_map& source, const stem_map& target, matching&
   result.vertical->source = vertical_source::ground;
   result.vertical->sigma = found->sigma;
   result.vertical->reason.clear();
-  if (result.uncertainty) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
+  if (!result.uncertainty) return;
+  result.uncertainty->center += shift;
+  set_height_variance(*result.uncertainty, height_variance(*result.vertical));
 }
 
 /// Samples of a map in its levelled frame.
 struct levelled_samples {
   std::vector<vec3> ground, stems, stem_normals;
 
-  levelled_samples(const stem_map& map, const local_frame& frame) {
-    for (const Eigen::Vector3d& p : map.ground_samples) ground.push_back(frame.to_local(from_eigen(p)));
+  levelled_samples(const stem_map& map, const local_frame& frame) : ground(sure_ground(map, {})) {
     for (const Eigen::Vector3d& p : map.stem_samples) stems.push_back(frame.to_local(from_eigen(p)));
     if (map.stem_normals.size() != map.stem_samples.size()) return;
     for (const Eigen::Vector3d& n : map.stem_normals) stem_normals.push_back(frame.rotation * from_eigen(n));
@@ -181,8 +188,8 @@ struct levelled_samples {
 };
 
 /// ICP over the samples of both maps, in their levelled frames: stems on stems and, where it shall move the
-/// height as well, ground on ground. It turns
-/// freely where a vertical is the stems', which is good to some tenths of a degree.
+/// height as well, ground on ground. It turns freely where a vertical is the stems', which is good to some
+/// tenths of a degree.
 inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
                                     const Eigen::Isometry3d& coarse, degrees_of_freedom dof, bool uses_ground,
                                     const icp_options& options, const execution& exec) {
@@ -202,13 +209,17 @@ inline icp_result refine_by_samples(const stem_map& source, const stem_map& targ
   return result;
 }
 
-/// Gives the transform of ICP the height of the coarse one at the stems, where that is a guess.
-inline void keep_height(registration& result) {
+/// Gives the transform of ICP the height of the coarse one at the stems where that is a guess, or where ICP
+/// changes it by more than three of its standard deviations.
+inline void keep_height(registration& result, const Eigen::Vector3d& up) {
+  constexpr double deviations = 3;
   const Eigen::Isometry3d moved = result.icp->target_from_source * result.target_from_source->inverse();
   const auto& u = result.matching.uncertainty;
   const Eigen::Vector3d center = u ? u->center : Eigen::Vector3d(result.target_from_source->translation());
-  const Eigen::Vector3d up = u ? u->up : Eigen::Vector3d::UnitZ();
-  result.icp->target_from_source.pretranslate(-(moved * center - center).dot(up) * up);
+  const double change = (moved * center - center).dot(up);
+  const vertical_fit& vertical = *result.matching.vertical;
+  if (vertical.is_known() && std::abs(change) <= deviations * vertical.sigma) return;
+  result.icp->target_from_source.pretranslate(-change * up);
 }
 
 }  // namespace detail
@@ -235,7 +246,7 @@ inline registration register_maps(const stem_map& source, const stem_map& target
     result.icp = detail::refine_by_samples(source, target, *result.target_from_source,
                                            rotates ? degrees_of_freedom::six : degrees_of_freedom::four,
                                            result.matching.vertical->is_known(), options.icp, exec);
-    if (!result.matching.vertical->is_known()) detail::keep_height(result);
+    detail::keep_height(result, target.up);
     result.refined =
         result.icp->converged && detail::moves_within(result.matching.uncertainty, *result.target_from_source,
                                                       result.icp->target_from_source);

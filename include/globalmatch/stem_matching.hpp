@@ -200,7 +200,7 @@ inline void conclude(matching& result, std::vector<local_hypothesis>&& hypothese
       result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
     result.vertical.emplace(vertical.fit);
     if (options.dof == degrees_of_freedom::six && result.uncertainty)
-      result.vertical->sigma = std::sqrt(result.uncertainty->at(result.uncertainty->center)(2, 2));
+      result.vertical->sigma = height_sigma(*result.uncertainty);
   }
   result.inlier_threshold = best.inlier_threshold;
   result.funnel.consensus = best.consensus;

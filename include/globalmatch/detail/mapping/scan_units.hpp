@@ -107,7 +107,7 @@ double coordinate_step(const R& scan) {
 template <point_range R>
 void require_metres(const R& scan, const vec3& up) {
   constexpr double tallest_tree = 130;  // [m] and more than any
-  constexpr double in_millimetres = 2000;
+  constexpr double in_millimetres = 6000;
   const std::vector<vec3> points = points_all_over(scan, levelling_rotation(up));
   if (points.empty()) return;
   const coordinate_range x = robust_range(points, 0), y = robust_range(points, 1);

@@ -45,6 +45,8 @@ inline std::uint32_t count_ground_near(const terrain& ground, double x, double y
 
 /// [m] Standard deviation of a height where nothing is known of the ground: it is that of some branch.
 constexpr double unknown_height_sigma = 5;
+/// [m] The same of heights above the ground that the caller made.
+constexpr double normalised_height_sigma = 0.1;
 
 /// [m] Standard deviation of the height of the ground where `points` ground points lie within 1 m, of which
 /// one by least squares alone is `fitted`. What is taken for ground where little of it is seen lies too high:

@@ -110,7 +110,11 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
   if (at) position = found.cylinder.at_height(at->height);
   s.ground_points = count_ground_near(ground, position->x, position->y);
   const bool is_false = ground.status == ground_status::none || (ground.cut_off && s.ground_points == 0);
-  s.height_sigma = at && !is_false ? height_uncertainty(at->sigma, s.ground_points) : unknown_height_sigma;
+  const bool is_given = ground.status == ground_status::normalised && ground.ground.empty();
+  if (is_given)
+    s.height_sigma = normalised_height_sigma;
+  else
+    s.height_sigma = at && !is_false ? height_uncertainty(at->sigma, s.ground_points) : unknown_height_sigma;
   s.position = ground.frame.to_scan(*position).as<Eigen::Vector3d>();
   s.axis = transpose_times(ground.frame.rotation, found.cylinder.axis).as<Eigen::Vector3d>();
   const double base = found.cylinder.axis.dot(*position - found.cylinder.point);

@@ -121,7 +121,9 @@ inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) 
   for (const double b : agreeing) squares += (b - middle) * (b - middle);
   constexpr double median_of_normal = 1.5708;  // variance of a median, against that of the mean
   const double of_students_t = count > 3 ? (count - 1) / (count - 3) : 3;
-  return ground_offset{middle, std::sqrt(of_students_t * median_of_normal * squares / (count - 1) / count)};
+  constexpr double min_sigma = 1e-3;  // [m] no ground is known better
+  const double variance = of_students_t * median_of_normal * squares / (count - 1) / count;
+  return ground_offset{middle, std::max(min_sigma, std::sqrt(variance))};
 }
 
 /// The vertical offset of the ground that both scans see, from points in one levelled frame. First where

@@ -148,6 +148,15 @@ inline transform_uncertainty in_caller_frame(const local_uncertainty& u, const l
   return result;
 }
 
+/// Standard deviation [m] along `up`, at the center.
+inline double height_sigma(const transform_uncertainty& u) {
+  const Eigen::Matrix3d at_center = u.at(u.center);
+  double variance = 0;
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r) variance += u.up[r] * at_center(r, c) * u.up[c];
+  return std::sqrt(variance);
+}
+
 /// Replaces the variance [m^2] of the height, which then has nothing to do with the rest.
 inline void set_height_variance(transform_uncertainty& u, double variance) {
   const double up[3] = {u.up[0], u.up[1], u.up[2]};

@@ -21,6 +21,7 @@
 #include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
 #include "globalmatch/detail/matching/t_estimates.hpp"
+#include "globalmatch/detail/matching/vertical_observations.hpp"
 #include "globalmatch/matching.hpp"
 
 namespace globalmatch::detail {
@@ -33,102 +34,14 @@ inline rigid turned(const rigid& transform, const vec3& turn, const vec3& center
   return shifted_before(shifted_after(rotation, center), -center) * transform;
 }
 
-/// Standard deviations as multiples of one that is common to all: a known variance adds to one as large as
-/// the median, so that no stem is much more certain than the rest. 1 where none is known.
-inline std::vector<double> relative_sigmas(const std::vector<double>& variances) {
-  std::vector<double> sorted = variances;
-  const double usual = median(sorted);
-  std::vector<double> result;
-  for (const double variance : variances)
-    result.push_back(usual > 0 ? std::sqrt((variance + usual) / (2 * usual)) : 1);
-  return result;
-}
-
-/// What is observed of the small transform that leads from a hypothesis to the truth: a shift of x, y and z
-/// [m], and turns [rad] about the axes through `center`.
-class vertical_observations {
- public:
-  /// Of some thousands of pairs where there are more.
-  vertical_observations(const matching_context& context, std::span<const correspondence> pairs)
-      : context_(context) {
-    constexpr std::size_t max_pairs = 4096;
-    const std::size_t step = std::max<std::size_t>(1, (pairs.size() + max_pairs - 1) / max_pairs);
-    std::vector<double> horizontal, vertical;
-    for (std::size_t i = 0; i < pairs.size(); i += step) {
-      pairs_.push_back(pairs[i]);
-      horizontal.push_back(known_variance(context, pairs[i]));
-      vertical.push_back(variance_of_heights(pairs[i]));
-    }
-    position_sigmas_ = relative_sigmas(horizontal);
-    height_sigmas_ = relative_sigmas(vertical);
-  }
-
-  std::size_t size() const { return pairs_.size(); }
-
-  /// [m] centroid of the pairs
-  vec3 center(const rigid& transform) const {
-    vec3 sum;
-    for (const correspondence& c : pairs_)
-      sum += transform * context_.source.at[c.source] / double(pairs_.size());
-    return sum;
-  }
-
-  /// Of positions in plan; `tilts`: turns about x and y are parameters, or they are 0.
-  observation_kind positions(const rigid& transform, const vec3& center, bool tilts) const {
-    observation_kind kind{.dimensions = 2};
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const vec3 transformed = transform * context_.source.at[pairs_[i].source];
-      const vec3 arm = transformed - center, off = context_.target.at[pairs_[i].target] - transformed;
-      const double lever = tilts ? arm.z : 0;
-      kind.of.push_back({{{{{1, 0, 0, 0, lever, -arm.y}, off.x}, {{0, 1, 0, -lever, 0, arm.x}, off.y}}},
-                         position_sigmas_[i]});
-    }
-    return kind;
-  }
-
-  /// Of heights; `tilts`: they differ by a plane, or by a constant.
-  observation_kind heights(const rigid& transform, const vec3& center, bool tilts) const {
-    observation_kind kind{.dimensions = 1};
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const vec3 transformed = transform * context_.source.at[pairs_[i].source];
-      const vec3 arm = tilts ? transformed - center : vec3{};
-      const double off = context_.target.at[pairs_[i].target].z - transformed.z;
-      kind.of.push_back({{{{{0, 0, 1, arm.y, -arm.x, 0}, off}}}, height_sigmas_[i]});
-    }
-    return kind;
-  }
-
-  /// Of the stems' axes, where both maps know them.
-  observation_kind axes(const rigid& transform, bool tilts) const {
-    observation_kind kind{.dimensions = 2};
-    if (context_.source.axis.empty() || context_.target.axis.empty()) return kind;
-    const double known = tilts ? 1 : 0;
-    for (const correspondence& c : pairs_) {
-      const vec3 from = transform.rotation * context_.source.axis[c.source],
-                 to = context_.target.axis[c.target];
-      if (!(from.squared_norm() > 0 && to.squared_norm() > 0)) continue;
-      const vec3 turn = from.cross(to);
-      kind.of.push_back({{{{{0, 0, 0, known, 0, 0}, turn.x}, {{0, 0, 0, 0, known, 0}, turn.y}}}});
-    }
-    return kind;
-  }
-
- private:
-  double variance_of_heights(const correspondence& c) const {
-    const auto of = [](const position_set& stems, stem_index i) {
-      return stems.height_sigma.empty() ? 0 : stems.height_sigma[i] * stems.height_sigma[i];
-    };
-    return of(context_.source, c.source) + of(context_.target, c.target);
-  }
-
-  const matching_context& context_;
-  std::vector<correspondence> pairs_;
-  std::vector<double> position_sigmas_, height_sigmas_;
-};
-
 /// Scales of residuals are not estimated smaller than this: [m] of positions, [rad] of axes.
 inline constexpr double min_vertical_scale = 1e-4;
 inline constexpr std::size_t vertical_unknowns = 6;
+/// [m] Where shrubs hide the ground heights are off by decimetres; trees differ by metres.
+inline constexpr double max_height_spread = 1;
+/// Of the variance that stems know of their heights, what they have in common: the ground between them is
+/// interpolated from the same points.
+inline constexpr double shared_share = 0.1;
 
 template <std::size_t Count>
 t_estimate estimate_small_transform(observation_kind (&&kinds)[Count]) {
@@ -155,6 +68,8 @@ class vertical_decision {
   const vec3& center() const { return center_; }
   const t_estimate& level() const { return level_; }
   const t_estimate& sloped() const { return sloped_; }
+  /// [m^2] that the stems say their heights have; does not average out
+  double shared_variance() const { return observations_.known_height_variance(); }
   /// [m] of the heights, less their plane if there is one
   double spread() const { return std::min(level_.scale, sloped_.scale); }
 
@@ -244,9 +159,10 @@ inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_contex
     const vec3 shift{by[0], by[1], by[2]}, turn{by[3], by[4], by[5]};
     h.target_from_source = shifted_after(turned(transform, turn, result.center), shift);
     auto pairs = context.pair_stems(h.target_from_source, h.inlier_threshold);
-    const bool converged = shift.norm() < convergence_threshold && turn.norm() < convergence_threshold;
-    if (pairs.size() < min_robust_pairs || (converged && pairs == h.correspondences)) break;
+    const bool converged = shift.norm() < convergence_threshold && turn.norm() < convergence_threshold &&
+                           pairs == h.correspondences;
     h.correspondences = std::move(pairs);
+    if (converged || h.correspondences.size() < min_robust_pairs) break;
   }
   h.rms = context.rms(h.target_from_source, h.correspondences);
   result.fit.kind = vertical_kind::rotated;
@@ -257,10 +173,11 @@ inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_contex
 }
 
 /// The hypothesis rotated, where positions in plan or axes ask for it beyond doubt, or where it pairs so many
-/// more stems that the rotation is large: of the stems around the center only those still fit in plan.
+/// more stems that the rotation is large: of the stems around the center only those still fit in plan. Not
+/// where it loses stems, or heights spread as much as before.
 inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotated(
     const vertical_decision& decision, const local_hypothesis& h, const matching_context& context) {
-  constexpr double more_pairs = 1.2;
+  constexpr double more_pairs = 1.2, min_kept = 0.9;
   const std::optional<vec3> turn = decision.rotation();
   if (!turn && !decision.is_sloping()) return std::nullopt;
   local_hypothesis rotated = h;
@@ -268,7 +185,8 @@ inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotate
       h.target_from_source, turn.value_or(vertical_decision::turn_of(decision.sloped())), decision.center());
   local_vertical_fit fit = fit_rotated(rotated, context);
   const auto pairs = double(rotated.correspondences.size());
-  if (!turn && pairs < more_pairs * double(h.correspondences.size())) return std::nullopt;
+  if (pairs < (turn ? min_kept : more_pairs) * double(h.correspondences.size())) return std::nullopt;
+  if (vertical_decision(context, rotated).spread() > max_height_spread) return std::nullopt;
   return std::pair(std::move(rotated), std::move(fit));
 }
 
@@ -299,7 +217,6 @@ inline std::string describe_missing_heights(const matching_context& context, boo
 /// the ground do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
-  constexpr double max_spread = 1;  // [m] where shrubs hide the ground heights are off by decimetres
   const vertical_decision decision(context, h);
   local_vertical_fit result;
   result.center = decision.center();
@@ -311,9 +228,9 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
       h = std::move(rotated->first);
       return std::move(rotated->second);
     }
-  if (decision.spread() > max_spread) {
+  if (decision.spread() > max_height_spread || decision.shared_variance() > max_height_spread) {
     result.fit.reason =
-        "the heights of the paired stems scatter by more than a metre: not all of them are heights "
+        "the heights of the paired stems are uncertain by more than a metre: not all of them are heights "
         "of the ground; the height of the transform is a guess";
     return result;
   }
@@ -322,7 +239,8 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
   const auto count = double(h.correspondences.size());
   result.fit.source = vertical_source::stems;
   h.target_from_source.translation.z += fitted.parameters[2];
-  double variance = variance_factor(count, slopes ? 3 : 1) * fitted.covariance(2, 2);
+  double variance = variance_factor(count, slopes ? 3 : 1) * fitted.covariance(2, 2) +
+                    shared_share * decision.shared_variance();
   if (slopes) {
     result.fit.kind = vertical_kind::sloping;
     result.fit.tilt = vertical_decision::turn_of(fitted).norm();
