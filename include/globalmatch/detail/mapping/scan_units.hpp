@@ -106,20 +106,21 @@ double coordinate_step(const R& scan) {
 /// as long.
 template <point_range R>
 void require_metres(const R& scan, const vec3& up) {
-  constexpr double tallest_tree = 130;  // [m] and more than any
-  constexpr double in_millimetres = 6000;
+  constexpr double tallest_tree = 130;                                     // [m] and more than any
+  constexpr double low_in_millimetres = 2000, tall_in_centimetres = 6000;  // 2 m, 60 m
   const std::vector<vec3> points = points_all_over(scan, levelling_rotation(up));
   if (points.empty()) return;
   const coordinate_range x = robust_range(points, 0), y = robust_range(points, 1);
   const double height = height_of_blocks(points, x, y);
   if (!(height > tallest_tree)) return;
   const auto whole = [](double v) { return std::to_string(std::llround(v)); };
-  const bool millimetres = height > in_millimetres;
-  throw std::invalid_argument(
-      "scan: extent of " + whole(x.width()) + " x " + whole(y.width()) + " m, with points " + whole(height) +
-      " m above each other: are coordinates in " +
-      (millimetres ? "millimetres? Multiply them by 0.001" : "centimetres? Multiply them by 0.01") +
-      ": metres are needed");
+  const char* const unit = height <= low_in_millimetres ? "centimetres? Multiply them by 0.01"
+                           : height <= tall_in_centimetres
+                               ? "millimetres? Multiply them by 0.001 (by 0.01 if they are in centimetres)"
+                               : "millimetres? Multiply them by 0.001";
+  throw std::invalid_argument("scan: extent of " + whole(x.width()) + " x " + whole(y.width()) +
+                              " m, with points " + whole(height) +
+                              " m above each other: are coordinates in " + unit + ": metres are needed");
 }
 
 }  // namespace globalmatch::detail
