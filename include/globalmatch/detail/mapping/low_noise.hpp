@@ -21,7 +21,7 @@ namespace globalmatch::detail {
 /// One in so many points of a scan, chunk by chunk.
 struct scan_sample {
   std::size_t one_in = 16;
-  std::vector<std::vector<vec3>> of_chunk;  ///< frame of the scan
+  std::vector<std::vector<vec3>> of_chunk = {};  ///< frame of the scan
 };
 
 /// Heights [m] of a square metre below which points are noise; -infinity where that is not known.
