@@ -1,6 +1,6 @@
 // Windows of 30 m around two places of a real stem map, as mobile lidar sees them: noise, false stems,
-// terrain, and heights that drift or a scan that is rotated. Are they registered, and is told apart which it
-// is?
+// terrain, and heights that drift or a scan that is rotated. Are they registered, and is distinguished which
+// it is?
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
     for (const auto& s : support::read_stems(map_file).stems) map.push_back({s.x, s.y, s.z});
     std::cout << "| terrain | pairs of 12 common stems | registered and right | wrong | drift and rotation "
                  "of more than a degree "
-                 "told apart |\n|---|---|---|---|---|\n";
+                 "distinguished |\n|---|---|---|---|---|\n";
     for (const ground_form ground : {ground_form::planar, ground_form::rolling, ground_form::rough}) {
       random_source random(seed + std::uint64_t(ground) * 1000);
       tally all;
