@@ -66,10 +66,11 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
 }  // namespace detail
 
 /// Maps the stems of a scan. `up` points away from the ground, in the frame of the scan. The caller's points
-/// are read in two forward passes, in four where the vertical is taken from the stems and far off; a range
-/// that has no random access is also counted before each. No stems
-/// is an answer: the funnel then says where they were lost. Throws `std::invalid_argument` naming a bad
-/// option. Cost: linear in the points, n log n in the understory.
+/// are read in two forward passes, up to three more where noise below the ground is left out, and as often
+/// again where the vertical is taken from the stems and far off. Some thousand points are looked at before,
+/// for their unit, and a range that has no random access is also counted before each pass. No stems is an
+/// answer: the funnel then says where they were lost. Throws `std::invalid_argument` naming a bad option.
+/// Cost: linear in the points, n log n in the understory.
 template <point_range R>
 stem_map map_stems(const R& scan, const mapping_options& options = {}, const Eigen::Vector3d& up = {0, 0, 1},
                    const execution& exec = {}) {

@@ -213,8 +213,9 @@ inline std::string describe_missing_heights(const matching_context& context, boo
 
 /// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its
 /// height; where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its
-/// rotation. Not known are the heights of maps that have none, and those that scatter by more than heights of
-/// the ground do; the height is then that of the median, and the reason says why. Cost: linear in the pairs.
+/// rotation. Not known are the heights of maps that have none, those that scatter by more than heights of the
+/// ground do, and those that the stems themselves know no better; the height is then that of the median, and
+/// the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
   const vertical_decision decision(context, h);
@@ -228,7 +229,8 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
       h = std::move(rotated->first);
       return std::move(rotated->second);
     }
-  if (decision.spread() > max_height_spread || decision.shared_variance() > max_height_spread) {
+  if (decision.spread() > max_height_spread ||
+      decision.shared_variance() > max_height_spread * max_height_spread) {
     result.fit.reason =
         "the heights of the paired stems are uncertain by more than a metre: not all of them are heights "
         "of the ground; the height of the transform is a guess";

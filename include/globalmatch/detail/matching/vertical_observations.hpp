@@ -1,5 +1,5 @@
-// What paired stems observe of the small transform between a hypothesis and the truth: in plan, in height, and by
-// their axes.
+// What paired stems observe of the small transform between a hypothesis and the truth: in plan, in height,
+// and by their axes.
 #pragma once
 
 #include <algorithm>
