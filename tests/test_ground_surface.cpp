@@ -52,7 +52,7 @@ TEST_CASE("ground of one point a node is too thin for a surface, but not in bloc
   CHECK(find_ground_surface(with_ground(40, thin, rolling), 2).blocks == 18 * 18);
 }
 
-TEST_CASE("what ends at one height and is no surface was cut off; a surface at one height was not") {
+TEST_CASE("what ends at one height and is no surface was cut off, a surface at one height was not") {
   const auto stems = [](int c, int r) { return c % 6 == 0 && r % 6 == 0 ? 2 : 0; };
   const auto flat = [](int, int) { return 1.0; };
   const auto cut = with_ground(80, stems, flat);

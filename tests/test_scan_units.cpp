@@ -21,7 +21,7 @@ std::vector<Eigen::Vector3d> scaled(double scale) {
 
 }  // namespace
 
-TEST_CASE("metres and feet pass; centimetres and millimetres are named, in every container") {
+TEST_CASE("metres and feet pass, centimetres and millimetres are named, in every container") {
   for (const double scale : {1.0, 1 / 0.3048}) CHECK_NOTHROW(require_metres(scaled(scale), {0, 0, 1}));
   const auto cm = scaled(100), mm = scaled(1000);
   CHECK_THAT(message_of([&] { require_metres(cm, {0, 0, 1}); }), Catch::Contains("centimetres"));
