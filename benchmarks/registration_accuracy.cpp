@@ -4,6 +4,7 @@
 #include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
 
+#include "normalised_errors.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 #include "support/reports.hpp"
@@ -18,6 +19,7 @@
 #include <vector>
 
 using namespace globalmatch;
+using benchmarks::normalised_errors;
 using namespace globalmatch::detail;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
@@ -77,7 +79,7 @@ struct registered_pair {
 };
 
 registered_pair register_pair(const mapped_scan& source, const mapped_scan& target,
-                              const registration_options& options, int threads) {
+                              const registration_options& options, int threads, normalised_errors& errors) {
   const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
   const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
   const auto error = [&](const Isometry3d& transform) {
@@ -96,6 +98,8 @@ registered_pair register_pair(const mapped_scan& source, const mapped_scan& targ
   if (!result.matching.hypotheses.empty())
     pair.coarse = error(result.matching.hypotheses.front().target_from_source);
   if (result.icp && result.icp->converged) pair.fine = error(*result.target_from_source);
+  if (const auto& matched = result.matching; matched.uncertainty && pair.coarse->success())
+    errors.add(*matched.target_from_source, truth, *matched.uncertainty, matched.vertical->is_known());
   return pair;
 }
 
@@ -104,6 +108,7 @@ struct scene_result {
   std::vector<map_score> scores;
   std::vector<double> mapping_seconds;  // of each scan
   std::vector<registered_pair> pairs;
+  normalised_errors errors;  // of the coarse transforms that are right
 };
 
 void run_scene(const support::named_scene& scene, std::uint64_t seed, double angular_step, bool weighted,
@@ -125,7 +130,8 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
       // robust that is.
       registration_options for_pair = registering;
       if (target != 0) for_pair.icp.metric = icp_metric::none;
-      registered_pair pair = register_pair(scans[source], scans[target], for_pair, exec.threads);
+      registered_pair pair =
+          register_pair(scans[source], scans[target], for_pair, exec.threads, result.errors);
       pair.scene = scene.name;
       pair.seed = seed;
       pair.source = source + 1;
@@ -176,8 +182,9 @@ map_score sum_of(const std::vector<map_score>& scores) {
 constexpr const char* table_head =
     "| scene | seeds | precision | recall | F1 [%] | horizontal, height error [cm] | pairs right, wrong, "
     "refused | "
-    "neighbours right | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] | e_t [cm] | seconds: mapping a scan, "
-    "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "neighbours right | normalised errors in plan, in height | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] "
+    "| e_t [cm] | seconds: mapping a scan, "
+    "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// One row of the table.
 void print_row(std::ostream& out, const std::string& name, const std::string& seeds, scene_result& r) {
@@ -201,9 +208,9 @@ void print_row(std::ostream& out, const std::string& name, const std::string& se
       << 100 * sum.precision() << " | " << 100 * sum.recall() << " | " << 100 * sum.f1() << " | "
       << 100 * sum.horizontal_error << ", " << 100 * sum.height_error << " | " << right << ", " << wrong
       << ", " << r.pairs.size() - right - wrong << " | " << neighbors_right << " of " << neighbors << " | "
-      << std::setprecision(2) << median(coarse) << " | " << median(fine) << " | " << median(rotation) << " | "
-      << median(translation) << " | " << median(r.mapping_seconds) << ", " << std::setprecision(3)
-      << median(matching) << ", " << median(refining) << " |\n"
+      << r.errors << " | " << std::setprecision(2) << median(coarse) << " | " << median(fine) << " | "
+      << median(rotation) << " | " << median(translation) << " | " << median(r.mapping_seconds) << ", "
+      << std::setprecision(3) << median(matching) << ", " << median(refining) << " |\n"
       << std::flush;
 }
 

@@ -3,6 +3,7 @@
 // it is?
 #include <globalmatch/stem_matching.hpp>
 
+#include "normalised_errors.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
@@ -91,6 +92,7 @@ pair_of_windows cut_pair(const positions& map, ground_form ground, random_source
 
 struct tally {
   std::size_t pairs = 0, right = 0, wrong = 0, told = 0, clear = 0;
+  normalised_errors errors;
 };
 
 /// Where stems end in plan, on average [m].
@@ -122,7 +124,7 @@ int main(int argc, char** argv) {
     for (const auto& s : support::read_stems(map_file).stems) map.push_back({s.x, s.y, s.z});
     std::cout << "| terrain | pairs of 12 common stems | registered and right | wrong | drift and rotation "
                  "of more than a degree "
-                 "distinguished |\n|---|---|---|---|---|\n";
+                 "distinguished | normalised errors in plan | in height |\n|---|---|---|---|---|---|---|\n";
     for (const ground_form ground : {ground_form::planar, ground_form::rolling, ground_form::rough}) {
       random_source random(seed + std::uint64_t(ground) * 1000);
       tally all;
@@ -135,14 +137,19 @@ int main(int argc, char** argv) {
         if (!result.target_from_source) continue;
         const bool right = error_in_plan(*result.target_from_source, pair.maps) < right_within;
         ++(right ? all.right : all.wrong);
-        if (!right || pair.tilt < clear_tilt) continue;
+        if (!right) continue;
+        // That of heights that drift has no truth.
+        if (result.uncertainty)
+          all.errors.add(*result.target_from_source, pair.maps.target_from_source, *result.uncertainty,
+                         pair.rotated && result.vertical->is_known());
+        if (pair.tilt < clear_tilt) continue;
         ++all.clear;
         all.told += result.vertical->kind == (pair.rotated ? vertical_kind::rotated : vertical_kind::sloping);
       }
       std::cout << std::fixed << std::setprecision(1) << "| " << name_of(ground) << " | " << all.pairs
                 << " | " << 100 * double(all.right) / double(all.pairs) << " % | " << all.wrong << " | "
                 << 100 * double(all.told) / double(std::max<std::size_t>(1, all.clear)) << " % of "
-                << all.clear << " |\n"
+                << all.clear << " | " << all.errors << " |\n"
                 << std::flush;
     }
     return support::done;

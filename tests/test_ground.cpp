@@ -1,4 +1,5 @@
 #include "globalmatch/detail/mapping/ground.hpp"
+#include "globalmatch/detail/mapping/terrain_model.hpp"
 #include "globalmatch/detail/published/cloth_ground.hpp"
 
 #include <functional>
@@ -52,7 +53,10 @@ ground_model model_ground(const Scan& scan, const ground_options& options = {},
                           const Vector3d& up = Vector3d::UnitZ(), const execution& exec = {}) {
   bare_ground_finder* const find =
       options.filter == ground_filter::cloth ? &cloth_under_vegetation : &planes_under_vegetation;
-  return model_ground(scan, options, from_eigen(up), find, exec);
+  const auto model_of = [&](lowest_raster&& lowest, const ground_funnel& funnel, bool is_noisy) {
+    return model_terrain(std::move(lowest), funnel, options, find, exec, is_noisy);
+  };
+  return model_ground(scan, options, from_eigen(up), model_of, exec);
 }
 
 constexpr double noise = 0.005;  // [m] standard deviation of the ground points

@@ -2,6 +2,7 @@
 
 #include "catch.hpp"
 #include "forest_scenes.hpp"
+#include "globalmatch/detail/mapping/stem_base.hpp"
 #include "globalmatch/stem_mapping.hpp"
 
 namespace globalmatch {

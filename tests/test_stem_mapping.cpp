@@ -7,6 +7,7 @@
 #include "catch.hpp"
 #include "containers.hpp"
 #include "forest_scenes.hpp"
+#include "globalmatch/detail/mapping/stem_points.hpp"
 #include "globalmatch/evaluation.hpp"
 #include "support/message_of.hpp"
 #include "support/scan_files.hpp"

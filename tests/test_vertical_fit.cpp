@@ -100,6 +100,31 @@ TEST_CASE("a rotated scan is rotated back, by positions in plan where the ground
   }
 }
 
+TEST_CASE("a rotated scan whose stems know their heights badly has no known height") {
+  const scenes::positions stems = stems_of(11);
+  const Eigen::Isometry3d tilted(Eigen::AngleAxisd(3 * degree, Eigen::Vector3d(2, -1, 0).normalized()));
+  const auto fit_with = [&](double height_sigma) {
+    random_source random(11);
+    matched_maps pair(scenes::moved(tilted, scenes::noisy(stems, 0.005, random)), scenes::moved(truth, stems),
+                      truth);
+    pair.source.height_sigma.assign(stems.size(), height_sigma);
+    const local_vertical_fit result = fit_vertical(pair.h, pair.maps, true);
+    REQUIRE(result.fit.kind == vertical_kind::rotated);
+    REQUIRE(result.covariance);
+    return result;
+  };
+  const local_vertical_fit sure = fit_with(0.02), unsure = fit_with(0.5), unknown = fit_with(5);
+  CHECK(sure.fit.is_known());
+  CHECK(unsure.fit.is_known());
+  CHECK(unsure.fit.sigma ==
+        Approx(std::sqrt(0.1) * 0.5).epsilon(0.05));  // the share that stems have in common
+  CHECK((*unsure.covariance)(2, 2) == Approx(unsure.fit.sigma * unsure.fit.sigma));
+  CHECK_FALSE(unknown.fit.is_known());
+  CHECK(unknown.fit.sigma == std::numeric_limits<double>::infinity());
+  CHECK_FALSE(unknown.fit.reason.empty());
+  CHECK((*unknown.covariance)(2, 2) == Approx(1e6));
+}
+
 TEST_CASE("heights that slope while stems fit in plan are wrong heights") {
   random_source random(12);
   const scenes::positions stems = stems_of(12);

@@ -1,227 +1,23 @@
 // Registration ([GM] 3): two stem maps, or two scans, -> the transform of the source to the target.
 #pragma once
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 
-#include <algorithm>
-#include <cmath>
-#include <cstddef>
-#include <limits>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
-
-#include "globalmatch/detail/core/eigen_border.hpp"
-#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/matching/ground_offset.hpp"
-#include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/icp.hpp"
-#include "globalmatch/mapping_options.hpp"
-#include "globalmatch/matching.hpp"
-#include "globalmatch/matching_options.hpp"
 #include "globalmatch/points.hpp"
-#include "globalmatch/positions.hpp"
+#include "globalmatch/registration_options.hpp"
 #include "globalmatch/stem_map.hpp"
 #include "globalmatch/stem_mapping.hpp"
-#include "globalmatch/stem_matching.hpp"
 
 namespace globalmatch {
 
-struct registration_options {
-  mapping_options mapping = {};
-  matching_options matching = {};
-  icp_options icp = {};
-};
-
-/// The values of the paper, for scans of some thirty million points, where the defaults come from the data at
-/// hand.
-inline registration_options paper_options() {
-  registration_options options;
-  options.mapping.understory = {.min_height = 0.2, .max_height = 3.0};
-  options.mapping.ground.filter = ground_filter::cloth;
-  options.mapping.rule = stem_point_rule::points;
-  options.mapping.vertical = vertical_rule::given;
-  options.mapping.voxel_size = 0.01;
-  options.mapping.verticality.radius = 0.10;
-  options.mapping.verticality.threshold = 0.9;
-  options.mapping.stems.cylinder.usual_taper.reset();
-  options.matching.triangles.neighbors = 20;
-  options.matching.inlier_threshold = 0.05;
-  options.matching.proposal = proposal::algorithm_1;
-  options.matching.dof = degrees_of_freedom::four;
-  options.icp.metric = icp_metric::point_to_point;
-  return options;
-}
-
-/// What came of a registration, with the evidence to trust or reject it.
-struct registration {
-  globalmatch::outcome outcome = outcome::not_registered;
-  std::string reason;                                   ///< empty when registered
-  std::optional<Eigen::Isometry3d> target_from_source;  ///< only when registered; refined unless ICP is off
-  globalmatch::matching matching;                       ///< holds the coarse transform
-  std::optional<icp_result> icp;                        ///< when it ran
-  bool refined = false;                                 ///< `target_from_source` is that of ICP
-};
-
-struct scan_registration {
-  stem_map source, target;
-  globalmatch::registration registration;
-};
-
 namespace detail {
-
-/// Where the stems of the map were lost that has too few, for the reason of the decision; empty where both
-/// have enough.
-inline std::string describe_lost_stems(const stem_map& source, const stem_map& target, std::size_t minimum) {
-  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (const std::string lost = detail::where_lost(explain(map->funnel), minimum); !lost.empty())
-      return std::string(". ") + name + ", " + lost;
-  return "";
-}
-
-/// Which of the scans were not level, for the reason of the decision; empty where both were, or the transform
-/// may tilt.
-inline std::string describe_tilted_maps(const stem_map& source, const stem_map& target,
-                                        std::optional<degrees_of_freedom> dof) {
-  std::string remark;
-  if (dof != degrees_of_freedom::four) return remark;
-  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (is_tilted(*map)) remark += std::string(". The stems of ") + name + " " + describe_tilt(*map);
-  return remark;
-}
-
-/// Matches the stems of two maps. Where they are not registered, the reason says where stems were lost and
-/// which scan was not level.
-inline matching match_maps(const stem_map& source, const stem_map& target, const matching_options& options,
-                           const execution& exec) {
-  matching result = match_positions(import_positions(source.stems, source.up, "source", exec),
-                                    import_positions(target.stems, target.up, "target", exec), options, exec);
-  const auto minimum = std::size_t(options.decision.min_correspondences);
-  if (std::min(source.stems.size(), target.stems.size()) < minimum)
-    result.reason += describe_lost_stems(source, target, minimum);
-  if (result.outcome != outcome::registered)
-    result.reason += describe_tilted_maps(source, target, options.dof);
-  return result;
-}
-
-/// The origin of the terrain's frame, with the vertical of the map.
-inline local_frame levelled_frame(const stem_map& map) {
-  return {map.terrain.frame.origin, levelling_rotation(from_eigen(map.up))};
-}
-
-/// The transform between the levelled frames of two maps.
-inline rigid between_levelled(const stem_map& source, const stem_map& target,
-                              const Eigen::Isometry3d& target_from_source) {
-  return levelled_frame(target).local_from_scan() * from_eigen(target_from_source) *
-         levelled_frame(source).local_from_scan().inverse();
-}
-
-/// Ground samples under a transform from the levelled frame of the map; where the ground was cut off, those
-/// that lie in a surface.
-inline std::vector<vec3> sure_ground(const stem_map& map, const rigid& transform) {
-  const local_frame levelled = levelled_frame(map);
-  std::vector<vec3> ground;
-  for (const Eigen::Vector3d& sample : map.ground_samples) {
-    const vec3 p = from_eigen(sample), local = map.terrain.frame.to_local(p);
-    const bool is_sure =
-        !map.terrain.cut_off || (map.terrain.covers(local.x, local.y) && !map.terrain.in_surface.empty() &&
-                                 map.terrain.is_in_surface(local.x, local.y));
-    if (is_sure) ground.push_back(transform * levelled.to_local(p));
-  }
-  return ground;
-}
-
-/// Leaves the height of a registration unknown: that of the transform is a guess.
-inline void forget_height(matching& result, std::string reason) {
-  result.vertical->source = vertical_source::none;
-  result.vertical->sigma = std::numeric_limits<double>::infinity();
-  result.vertical->reason = std::move(reason);
-  if (result.uncertainty) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
-}
-
-/// Moves the registration to the height at which the ground that both scans see coincides. Where too little
-/// is seen by both the heights of the stems stay, unless the ground of a scan was cut off.
-inline void use_ground(const stem_map& source, const stem_map& target, matching& result) {
-  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (map->terrain.status == ground_status::none)
-      return forget_height(result,
-                           std::string(name) +
-                               " shows no ground; the height of the transform is a guess, which a scan "
-                               "with its ground mends");
-  if ((source.terrain.status == ground_status::normalised) !=
-      (target.terrain.status == ground_status::normalised))
-    return forget_height(result,
-                         "heights of one scan are those above the ground; that of the transform is a guess");
-  const rigid transform = between_levelled(source, target, *result.target_from_source);
-  const auto found = find_ground_offset(sure_ground(source, transform), sure_ground(target, {}));
-  if (!found) {
-    if (source.terrain.cut_off || target.terrain.cut_off)
-      forget_height(result,
-                    "the ground was cut off; both scans show none of it at one place, and the height of the "
-                    "transform is a guess");
-    return;
-  }
-  const Eigen::Vector3d shift = found->offset * target.up;
-  for (Eigen::Isometry3d* moved :
-       {&*result.target_from_source, &result.hypotheses.front().target_from_source})
-    moved->pretranslate(shift);
-  result.vertical->source = vertical_source::ground;
-  result.vertical->sigma = found->sigma;
-  result.vertical->reason.clear();
-  if (!result.uncertainty) return;
-  result.uncertainty->center += shift;
-  set_height_variance(*result.uncertainty, height_variance(*result.vertical));
-}
-
-/// Samples of a map in its levelled frame.
-struct levelled_samples {
-  std::vector<vec3> ground, stems, stem_normals;
-
-  levelled_samples(const stem_map& map, const local_frame& frame) : ground(sure_ground(map, {})) {
-    for (const Eigen::Vector3d& p : map.stem_samples) stems.push_back(frame.to_local(from_eigen(p)));
-    if (map.stem_normals.size() != map.stem_samples.size()) return;
-    for (const Eigen::Vector3d& n : map.stem_normals) stem_normals.push_back(frame.rotation * from_eigen(n));
-  }
-};
-
-/// ICP over the samples of both maps, in their levelled frames: stems on stems and, where it shall move the
-/// height as well, ground on ground. It turns freely where a vertical is the stems', which is good to some
-/// tenths of a degree.
-inline icp_result refine_by_samples(const stem_map& source, const stem_map& target,
-                                    const Eigen::Isometry3d& coarse, degrees_of_freedom dof, bool uses_ground,
-                                    const icp_options& options, const execution& exec) {
-  const local_frame source_frame = levelled_frame(source), target_frame = levelled_frame(target);
-  levelled_samples from(source, source_frame), to(target, target_frame);
-  if (from.stem_normals.empty() || to.stem_normals.empty()) from.stem_normals = to.stem_normals = {};
-  std::vector<icp_samples> layers(2);
-  if (uses_ground) layers[0] = {std::move(from.ground), std::move(to.ground), {}, {}};
-  layers[1] = {std::move(from.stems), std::move(to.stems), std::move(from.stem_normals),
-               std::move(to.stem_normals)};
-  if (source.up_by_stems || target.up_by_stems) dof = degrees_of_freedom::six;
-  const rigid source_local = source_frame.local_from_scan(), target_local = target_frame.local_from_scan();
-  icp_result result =
-      refine_samples(std::move(layers), between_levelled(source, target, coarse), dof, options, exec);
-  result.target_from_source =
-      to_eigen(target_local.inverse() * from_eigen(result.target_from_source) * source_local);
-  return result;
-}
-
-/// Gives the transform of ICP the height of the coarse one at the stems where that is a guess, or where ICP
-/// changes it by more than three of its standard deviations.
-inline void keep_height(registration& result, const Eigen::Vector3d& up) {
-  constexpr double deviations = 3;
-  const Eigen::Isometry3d moved = result.icp->target_from_source * result.target_from_source->inverse();
-  const auto& u = result.matching.uncertainty;
-  const Eigen::Vector3d center = u ? u->center : Eigen::Vector3d(result.target_from_source->translation());
-  const double change = (moved * center - center).dot(up);
-  const vertical_fit& vertical = *result.matching.vertical;
-  if (vertical.is_known() && std::abs(change) <= deviations * vertical.sigma) return;
-  result.icp->target_from_source.pretranslate(-change * up);
-}
-
+/// For `register_maps`.
+GLOBALMATCH_INLINE registration register_stem_maps(const stem_map& source, const stem_map& target,
+                                                   const registration_options& options, const execution& exec,
+                                                   build_mode = {});
 }  // namespace detail
 
 /// Registers two mapped scans: match their stems, then refine by ICP over ground and stem samples. An ICP
@@ -230,33 +26,7 @@ inline void keep_height(registration& result, const Eigen::Vector3d& up) {
 /// `std::invalid_argument` naming a bad option.
 inline registration register_maps(const stem_map& source, const stem_map& target,
                                   const registration_options& options = {}, const execution& exec = {}) {
-  require_valid(options.icp);
-  registration result;
-  try {
-    if (source.cancelled || target.cancelled) throw operation_cancelled();
-    const detail::parallel_scope scope(exec, "matching");
-    result.matching = detail::match_maps(source, target, options.matching, exec);
-    if (result.matching.outcome == outcome::registered && !options.matching.horizontal)
-      detail::use_ground(source, target, result.matching);
-    result.outcome = result.matching.outcome;
-    result.reason = result.matching.reason;
-    result.target_from_source = result.matching.target_from_source;
-    if (result.outcome != outcome::registered || options.icp.metric == icp_metric::none) return result;
-    const bool rotates = result.matching.vertical->kind == vertical_kind::rotated;
-    result.icp = detail::refine_by_samples(source, target, *result.target_from_source,
-                                           rotates ? degrees_of_freedom::six : degrees_of_freedom::four,
-                                           result.matching.vertical->is_known(), options.icp, exec);
-    detail::keep_height(result, target.up);
-    result.refined =
-        result.icp->converged && detail::moves_within(result.matching.uncertainty, *result.target_from_source,
-                                                      result.icp->target_from_source);
-    if (result.refined) result.target_from_source = result.icp->target_from_source;
-  } catch (const operation_cancelled& e) {
-    result.outcome = outcome::cancelled;
-    result.reason = e.what();
-    result.target_from_source.reset();
-  }
-  return result;
+  return detail::register_stem_maps(source, target, options, exec);
 }
 
 /// Registers two scans: map the stems of each, then `register_maps`. `up` points away from the ground in both
@@ -280,3 +50,7 @@ scan_registration register_scans(const Source& source, const Target& target,
 }
 
 }  // namespace globalmatch
+
+#if !defined(GLOBALMATCH_COMPILED)
+#include "globalmatch/detail/verbs/register_stem_maps.hpp"
+#endif

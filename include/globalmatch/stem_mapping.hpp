@@ -1,22 +1,16 @@
-// Stem mapping ([GM] 3.1): a scan -> its stem map. The steps composed, nothing else.
+// Stem mapping ([GM] 3.1): a scan -> its stem map.
 #pragma once
 
 #include <Eigen/Core>
 
 #include <utility>
 
+#include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/detail/mapping/ground.hpp"
-#include "globalmatch/detail/mapping/mapping_steps.hpp"
-#include "globalmatch/detail/mapping/samples.hpp"
-#include "globalmatch/detail/mapping/stem_cylinders.hpp"
-#include "globalmatch/detail/mapping/stem_points.hpp"
-#include "globalmatch/detail/mapping/stem_positions.hpp"
-#include "globalmatch/detail/mapping/stem_taper.hpp"
 #include "globalmatch/detail/mapping/understory.hpp"
 #include "globalmatch/detail/mapping/vertical_direction.hpp"
-#include "globalmatch/detail/published/published_steps.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
@@ -26,41 +20,28 @@ namespace globalmatch {
 
 namespace detail {
 
+/// The ground under the lowest points of a scan.
+GLOBALMATCH_INLINE ground_model model_terrain(lowest_raster lowest, const ground_funnel& funnel,
+                                              const ground_options& options, const execution& exec,
+                                              bool is_noisy, build_mode = {});
+
+/// The stems in the understory over a ground.
+GLOBALMATCH_INLINE stem_map find_stems(ground_model&& ground, understory_parts&& layer, const vec3& up,
+                                       const mapping_options& options, const execution& exec,
+                                       build_mode = {});
+
 /// `map_stems` with a vertical that is known.
 template <point_range R>
 stem_map map_stems_along(const R& scan, const mapping_options& options, const vec3& up,
                          const execution& exec) {
-  const mapping_steps steps = steps_for(options);
-  stem_map map = empty_map(up);
-
-  // Digital terrain model
-  ground_model ground = model_ground(scan, options.ground, up, steps.find_bare_ground, exec);
-  map.funnel.ground = ground.funnel;
-  map.terrain = std::move(ground.terrain);
-
-  // Understory layer
+  const auto model_of = [&](lowest_raster&& lowest, const ground_funnel& funnel, bool is_noisy) {
+    return model_terrain(std::move(lowest), funnel, options.ground, exec, is_noisy);
+  };
+  ground_model ground = model_ground(scan, options.ground, up, model_of, exec);
+  const double min_spacing = options.rule == stem_point_rule::points ? 0 : options.voxel_size;
   understory_parts layer =
-      select_understory_parts(scan, map.terrain, options.understory, steps.min_spacing, exec);
-  map.funnel.understory = layer.in_layer;
-
-  // Stem points, by verticality, in clusters
-  const stem_points vertical = steps.find_stem_points(std::move(layer.parts), options, map, exec);
-  const local_points& understory = vertical.understory.points();
-
-  // Individual stems: cylinders
-  stem_cylinders found =
-      find_stem_cylinders(vertical.understory, vertical.clusters, vertical.fitter(), options.stems, exec);
-  count_cylinders(vertical.clusters, found, map);
-
-  // Stem positions: where the axes meet the terrain
-  auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
-  refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
-                          exec);
-  map.stems = locate_stems(stems, understory, map.terrain, exec);
-  map.funnel.stems = map.stems.size();
-  map.upright = upright_of(axes_of(map.stems));
-  collect_samples(stems, understory, map, exec);
-  return map;
+      select_understory_parts(scan, ground.terrain, options.understory, min_spacing, exec);
+  return find_stems(std::move(ground), std::move(layer), up, options, exec);
 }
 
 }  // namespace detail
@@ -95,3 +76,7 @@ stem_map map_stems(const R& scan, const mapping_options& options = {}, const Eig
 }
 
 }  // namespace globalmatch
+
+#if !defined(GLOBALMATCH_COMPILED)
+#include "globalmatch/detail/verbs/find_stems.hpp"
+#endif

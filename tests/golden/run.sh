@@ -15,6 +15,13 @@ for argument in "$@"; do
   esac
 done
 if [ ${#which[@]} -eq 0 ]; then which=(matching registration); fi
+programs=()
+for name in "${which[@]}"; do
+  case "$name" in
+    matching) programs+=(matching_digest_globalmatch matching_digest_compiled) ;;
+    registration) programs+=(registration_digest) ;;
+  esac
+done
 
 # The mathematical functions of glibc, too, choose their code by the instruction set.
 fma=$(grep -qw fma /proc/cpuinfo 2>/dev/null && echo fma || echo sse2)
@@ -24,21 +31,23 @@ clouds=../shared/data/clouds
 
 configure_release >/dev/null
 status=0
-for name in "${which[@]}"; do
-  cmake --build build/release --target "${name}_digest" >/dev/null
+# The digests of matching are those of the header-only mode and of the compiled one.
+for program in "${programs[@]}"; do
+  name=${program%%_*}
+  cmake --build build/release --target "$program" >/dev/null
   digests=$(mktemp)
   trap 'rm -f "$digests"' EXIT
   if [ "$name" = registration ] && [ ! -d "$clouds" ]; then
     echo "$name: skipped, there is no $clouds"
     continue
   fi
-  build/release/tests/"$name"_digest "$clouds" >"$digests"
+  build/release/tests/"$program" "$clouds" >"$digests"
   if $update; then
     mkdir -p "$known" && cp "$digests" "$known/$name.txt"
   elif [ ! -f "$known/$name.txt" ]; then
     echo "$name: skipped, no digests are known for $key; $0 --update writes them"
   elif diff "$known/$name.txt" "$digests"; then
-    echo "$name: $(wc -l <"$digests") digests, all as they are known"
+    echo "$program: $(wc -l <"$digests") digests, all as they are known"
   else
     status=1
   fi

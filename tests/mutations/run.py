@@ -20,7 +20,8 @@ not compile is a fault of the list.
 import argparse, concurrent.futures, os, re, shutil, subprocess, sys, tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-SUPPORT = os.path.join(ROOT, 'build/release/examples/libglobalmatch_support.a')
+LIBRARIES = [os.path.join(ROOT, 'build/release', name)
+             for name in ('examples/libglobalmatch_support.a', 'libglobalmatch_compiled.a')]
 SECONDS = 600  # a mutant that runs longer counts as killed
 SWITCH = '''#pragma once
 #include <cstdlib>
@@ -143,7 +144,7 @@ def first_error(text):
 
 
 def link(objects, program):
-    subprocess.run(['c++', '-pthread', *objects, SUPPORT, '-o', program], check=True)
+    subprocess.run(['c++', '-pthread', *objects, *LIBRARIES, '-o', program], check=True)
 
 
 def run(program, number, folder):

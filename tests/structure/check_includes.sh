@@ -6,12 +6,12 @@ cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - <<'P'
 import glob, re, sys
 core, words, box, maps, match, verb = 'core vocabulary boxes mapping matching verbs'.split()
-public = {'points': core, 'execution': core, 'positions': core, 'stem_map': words, 'matching': words, 'mapping_options': words,
+public = {'points': core, 'execution': core, 'positions': core, 'stem_map': words, 'matching': words, 'mapping_options': words, 'icp_options': words,
           'triangles': box, 'local_matching': box, 'global_matching': box, 'transform': box, 'icp': box, 'evaluation': box, 'matching_options': box}
-may = {core: [core], words: [core, words], box: [core, words, box, 'global_matching'], maps: [core, words, box, maps], match: [core, words, box, 'global_matching', match],
+may = {core: [core], words: [core, words], box: [core, words, box, 'global_matching', 'icp'], maps: [core, words, box, maps], match: [core, words, box, 'global_matching', match],
        'published': [core, words, box, maps, 'published'], 'survey': [core, words, box, match, 'survey'],
-       'global_matching': [core, words, box, 'global_matching'], verb: [core, words, box, maps, match, 'published', 'survey', 'global_matching', verb]}
-group = lambda h: h.split('/')[1] if h.startswith('detail/') else public.get(h[:-4], verb)
+       'global_matching': [core, words, box, 'global_matching'], 'icp': [core, words, 'icp'], verb: [core, words, box, maps, match, 'published', 'survey', 'global_matching', verb]}
+group = lambda h: h.split('/')[1] if h.startswith('detail/') else public.get(h[:-4], verb)  # detail/verbs/ is of the verbs
 headers = {p[len('include/globalmatch/'):]: re.findall(r'#include "globalmatch/(.+)"', open(p).read())
            for p in glob.glob('include/globalmatch/**/*.hpp', recursive=True)}
 bad = [f'{h} includes {i}: {group(h)} must not use {group(i)}' for h in headers for i in headers[h] if group(i) not in may[group(h)]]

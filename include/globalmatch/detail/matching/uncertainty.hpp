@@ -73,13 +73,6 @@ class residual_adjustment {
   double squares_ = 0, coordinates_ = 0;
 };
 
-/// Variance [m^2] of a height. One that is not known has that of a kilometre, so that the covariance can be
-/// inverted.
-inline double height_variance(const vertical_fit& fit) {
-  constexpr double unknown = 1e3;  // [m]
-  return fit.is_known() ? fit.sigma * fit.sigma : unknown * unknown;
-}
-
 /// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
 /// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
 /// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer

@@ -211,6 +211,29 @@ inline std::string describe_missing_heights(const matching_context& context, boo
          " no heights, or the same one everywhere; the height of the transform is a guess";
 }
 
+/// Variance [m^2] of a height. One that is not known has that of a kilometre, so that the covariance can be
+/// inverted.
+inline double height_variance(const vertical_fit& fit) {
+  constexpr double unknown = 1e3;  // [m]
+  return fit.is_known() ? fit.sigma * fit.sigma : unknown * unknown;
+}
+
+/// [m^2] of the height of a rotated hypothesis.
+inline void set_height_variance(local_vertical_fit& rotated, double variance) {
+  (*rotated.covariance)(2, 2) = variance;
+  rotated.fit.sigma = std::sqrt(variance);
+}
+
+/// The stems know their heights no better than to a metre.
+inline void forget_height(local_vertical_fit& result) {
+  result.fit.source = vertical_source::none;
+  result.fit.sigma = std::numeric_limits<double>::infinity();
+  result.fit.reason =
+      "the heights of the paired stems are uncertain by more than a metre: not all of them are heights of "
+      "the ground; the height of the transform is a guess";
+  if (result.covariance) (*result.covariance)(2, 2) = height_variance(result.fit);
+}
+
 /// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its
 /// height; where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its
 /// rotation. Not known are the heights of maps that have none, those that scatter by more than heights of the
@@ -227,13 +250,14 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
   if (may_rotate && h.correspondences.size() >= min_robust_pairs)
     if (auto rotated = try_rotated(decision, h, context)) {
       h = std::move(rotated->first);
-      return std::move(rotated->second);
+      result = std::move(rotated->second);
+      set_height_variance(result, (*result.covariance)(2, 2) + shared_share * decision.shared_variance());
+      if (decision.shared_variance() > max_height_spread * max_height_spread) forget_height(result);
+      return result;
     }
   if (decision.spread() > max_height_spread ||
       decision.shared_variance() > max_height_spread * max_height_spread) {
-    result.fit.reason =
-        "the heights of the paired stems are uncertain by more than a metre: not all of them are heights "
-        "of the ground; the height of the transform is a guess";
+    forget_height(result);
     return result;
   }
   const bool slopes = decision.is_sloping();

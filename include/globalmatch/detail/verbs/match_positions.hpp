@@ -1,0 +1,281 @@
+// The steps of stem matching composed: propose hypotheses, refine each over all stems, score them against the
+// null model, decide.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/compiled.hpp"
+#include "globalmatch/detail/core/eigen_border.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/decision.hpp"
+#include "globalmatch/detail/matching/lattice_alternatives.hpp"
+#include "globalmatch/detail/matching/planting_evidence.hpp"
+#include "globalmatch/detail/matching/position_evidence.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
+#include "globalmatch/detail/matching/vertical_fit.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/positions.hpp"
+
+namespace globalmatch::detail {
+
+/// From the levelled local frames of two position sets to the frames and indices of their callers.
+inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& source,
+                                   const position_set& target) {
+  for (correspondence& c : h.correspondences) c = {source.original[c.source], target.original[c.target]};
+  sort_correspondences(h.correspondences);
+  const rigid transform =
+      target.frame.local_from_scan().inverse() * h.target_from_source * source.frame.local_from_scan();
+  return {std::move(h.correspondences),
+          to_eigen(transform),
+          h.inlier_threshold,
+          h.log10_nfa,
+          h.log10_nfa_poisson,
+          h.evidence,
+          h.rms,
+          h.consensus};
+}
+
+/// Refits a hypothesis at each finer threshold, from the transform of the coarser one, and keeps the one of
+/// the smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform off the
+/// place where most fit closely. Not for so many pairs that a few have no say.
+inline void refine_threshold(local_hypothesis& best, const position_evidence& positions,
+                             const matching_context& context) {
+  constexpr std::size_t max_pairs = 4096;
+  if (best.correspondences.size() > max_pairs) return;
+  local_hypothesis finer = best;
+  const auto thresholds = positions.pairing();
+  for (std::size_t i = thresholds.size(); i-- > 0;) {
+    if (thresholds[i] >= best.inlier_threshold) continue;
+    finer.inlier_threshold = thresholds[i];
+    finer.correspondences = context.pair_stems(finer.target_from_source, thresholds[i]);
+    if (finer.correspondences.size() < min_robust_pairs) return;
+    fit_robustly(finer, context);
+    const evidence_score scored = positions.score(finer);
+    finer.log10_nfa = scored.log10_nfa;
+    finer.log10_nfa_poisson = scored.log10_nfa_poisson;
+    if (finer.log10_nfa < best.log10_nfa) best = finer;
+  }
+}
+
+/// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice
+/// that it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a
+/// fine one explains the stems.
+inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence& positions,
+                   const matching_context& context) {
+  local_hypothesis best = std::move(hypotheses.front());
+  fit_robustly(best, context);
+  positions.include_lattice_of(best);
+  const evidence_score scored = positions.score(best);
+  best.log10_nfa = scored.log10_nfa;
+  best.log10_nfa_poisson = scored.log10_nfa_poisson;
+  refine_threshold(best, positions, context);
+  const double inlier_threshold = best.inlier_threshold;
+  std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
+  for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
+  hypotheses.clear();
+  hypotheses.push_back(std::move(best));
+  for (local_hypothesis& alternative : alternatives) {
+    positions.refit(alternative, {&inlier_threshold, 1});
+    add_distinct(std::move(alternative), hypotheses, context);
+  }
+  rank(hypotheses);
+}
+
+/// Adds the hypotheses of another kind of evidence, scores all by both kinds, and ranks them. Stems are
+/// paired within `search_radius` [m] first, as far as they are on the lattice.
+template <evidence Evidence>
+void add_evidence(const Evidence& other, double search_radius, const position_evidence& positions,
+                  const matching_context& context, std::vector<local_hypothesis>& hypotheses) {
+  constexpr std::size_t maximum = 16;  // transforms of the lattice that are tried
+  std::vector<local_hypothesis> candidates = other.propose(maximum);
+  // A few stems that happen to fit closely are a hypothesis as well, though most stems place it elsewhere.
+  for (const local_hypothesis& h : hypotheses)
+    if (auto with_all_stems =
+            verify(context, context.pair_stems(h.target_from_source, search_radius), search_radius))
+      candidates.push_back(std::move(*with_all_stems));
+  for (local_hypothesis& h : candidates) {
+    // On a lattice the NFA is as large at any threshold; that of what was found so far may not fit.
+    const double inlier_threshold = threshold_from_residuals(context, h, positions.pairing());
+    positions.refit(h, {&inlier_threshold, 1});
+    combine(h, other.score(h));
+    add_distinct(std::move(h), hypotheses, context);
+  }
+  rank(hypotheses);
+}
+
+/// The lattices of both maps, where the target is a regular plantation.
+struct plantation {
+  std::optional<lattice_shifts> source, target;
+};
+
+/// Asks the evidence of a plantation where positions do not decide.
+inline void add_planting_evidence(const plantation& planted, const position_evidence& positions,
+                                  const matching_context& context,
+                                  std::vector<local_hypothesis>& hypotheses) {
+  const auto is_decided = [&] { return hypotheses.front().log10_nfa <= sufficient_log10_nfa; };
+  if (!planted.target || is_decided()) return;
+  const double search_radius = planted.target->search_radius();
+  planting_evidence planting(context, planted.source, *planted.target, hypotheses);
+  add_evidence(planting, search_radius, positions, context, hypotheses);
+  if (is_decided()) return;
+  planting.use_residuals(hypotheses);
+  add_evidence(planting, search_radius, positions, context, hypotheses);
+}
+
+/// Removes alternatives that are not significant, but for the next best one.
+inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, const decision_options& options) {
+  std::size_t kept = std::min<std::size_t>(2, hypotheses.size());
+  for (std::size_t i = kept; i < hypotheses.size(); ++i) {
+    local_hypothesis& h = hypotheses[i];
+    if (std::min(h.log10_nfa, h.log10_nfa_poisson) > std::log10(options.max_nfa)) continue;
+    if (kept != i) hypotheses[kept] = std::move(h);
+    ++kept;
+  }
+  while (hypotheses.size() > kept) hypotheses.pop_back();
+}
+
+/// The vertical fit of the best hypothesis, which gets its height and its rotation.
+inline local_vertical_fit fit_vertical_of(local_hypothesis& best, const matching_context& context,
+                                          const matching_options& options) {
+  if (options.dof == degrees_of_freedom::six) return fit_of_rotated(best, context);
+  return fit_vertical(best, context, !options.dof, options.horizontal);
+}
+
+/// Decides on the hypotheses, which are in the frames of `context`, and writes all to `result` in the frames
+/// of the caller.
+inline void conclude(matching& result, std::vector<local_hypothesis>&& hypotheses,
+                     const matching_context& context, const matching_options& options) {
+  decision decided = decide(hypotheses, context, options.decision);
+  result.outcome = decided.outcome;
+  result.reason = std::move(decided.reason);
+  result.probability = probability_of(hypotheses, options.decision);
+  if (hypotheses.empty()) {
+    result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds[3]);
+    return;
+  }
+  local_hypothesis& best = hypotheses.front();
+  if (result.outcome == outcome::registered) {
+    const local_vertical_fit vertical = fit_vertical_of(best, context, options);
+    if (const auto local = uncertainty_of(best, context, vertical))
+      result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
+    result.vertical.emplace(vertical.fit);
+    if (options.dof == degrees_of_freedom::six && result.uncertainty)
+      result.vertical->sigma = height_sigma(*result.uncertainty);
+  }
+  result.inlier_threshold = best.inlier_threshold;
+  result.funnel.consensus = best.consensus;
+  result.funnel.correspondences = best.correspondences.size();
+  poll_cancelled();
+  result.hypotheses.reserve(hypotheses.size());
+  for (local_hypothesis& h : hypotheses)
+    result.hypotheses.push_back(in_caller_frames(std::move(h), context.source, context.target));
+  if (result.outcome == outcome::registered)
+    result.target_from_source.emplace(result.hypotheses.front().target_from_source);
+}
+
+inline void require_prepared_for(const prepared_stems& target, const position_set& source,
+                                 const matching_options& options) {
+  if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
+    throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six;
+  if (options.proposal == proposal::triangle_index && horizontal_distances != target.horizontal_distances)
+    throw std::invalid_argument(
+        horizontal_distances ? "target was prepared for distances in space; prepare it with dof four"
+                             : "target was prepared for horizontal distances; prepare it with dof six");
+}
+
+/// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
+/// prepared map is the caller's source.
+inline matching match_prepared(const position_set& source, const prepared_stems& target,
+                               const matching_options& options, const execution& exec, bool swapped = false) {
+  require_prepared_for(target, source, options);
+  const parallel_scope scope(exec, "verification");
+  matching result;
+  const bool horizontal =
+      !options.dof || options.horizontal || !source.has_heights || !target.stems.has_heights;
+  const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
+                                 target.index, horizontal, options.dof.value_or(degrees_of_freedom::four),
+                                 exec);
+  plantation planted;
+  if (target.background->has_lattice())
+    planted = {find_lattice(*context.source_index), find_lattice(*context.target_index)};
+  result.funnel.source_stems = source.size();
+  result.funnel.target_stems = target.stems.size();
+
+  position_evidence positions(context, target, options, result.funnel);
+  std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
+  if (!hypotheses.empty()) {
+    refine(hypotheses, positions, context);
+    add_planting_evidence(planted, positions, context, hypotheses);
+    keep_best(hypotheses, max_hypotheses);
+    complete_pairs(hypotheses.front(), context, positions.pairing());
+    remove_insignificant(hypotheses, options.decision);
+  }
+  if (swapped) {
+    for (local_hypothesis& h : hypotheses) h = reversed(std::move(h));
+    std::swap(result.funnel.source_stems, result.funnel.target_stems);
+    std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
+  }
+  if (const auto& lattice = swapped ? planted.source : planted.target)
+    result.lattice.emplace(planting_lattice{to_eigen(lattice->first), to_eigen(lattice->second)});
+  conclude(result, std::move(hypotheses), swapped ? context.reversed() : context, options);
+  return result;
+}
+
+/// Matches sets of positions by one way of measuring distances: the larger one is indexed, the smaller one
+/// queries.
+inline matching match_once(position_set source, position_set target, const matching_options& options,
+                           const execution& exec) {
+  if (options.proposal == proposal::algorithm_1)
+    return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six,
+             swapped = source.size() > target.size();
+  if (swapped) std::swap(source, target);
+  const prepared_stems prepared = prepare_stems(std::move(target), horizontal_distances, exec, source.size());
+  return match_prepared(source, prepared, options, exec, swapped);
+}
+
+// Where nothing is significant in plan the scans may be rotated by so much that only distances in space
+// match; as these are further tests, twice the evidence is asked for.
+GLOBALMATCH_INLINE matching match_positions(position_set source, position_set target,
+                                            const matching_options& options, const execution& exec,
+                                            build_mode) {
+  require_valid(options);
+  const parallel_scope scope(exec, "matching");
+  const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
+  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
+  matching by_positions = match_once(source, target, options, exec);
+  if (by_positions.outcome != outcome::not_registered) return by_positions;
+  matching_options rotating = options;
+  rotating.dof = degrees_of_freedom::six;
+  rotating.decision.max_nfa /= 2;
+  matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
+  return in_space.outcome == outcome::registered ? in_space : by_positions;
+}
+
+GLOBALMATCH_INLINE matching match_positions(const position_set& source, const prepared_stems& target,
+                                            const matching_options& options, const execution& exec,
+                                            build_mode) {
+  return match_prepared(source, target, options, exec);
+}
+
+GLOBALMATCH_INLINE std::shared_ptr<const prepared_stems> prepare_positions(position_set stems,
+                                                                           bool horizontal_distances,
+                                                                           const execution& exec,
+                                                                           build_mode) {
+  return std::make_shared<const prepared_stems>(prepare_stems(std::move(stems), horizontal_distances, exec));
+}
+
+}  // namespace globalmatch::detail
