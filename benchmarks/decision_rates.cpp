@@ -1,5 +1,6 @@
 // Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands
 // on a lattice: outcomes, and how probable right ones were said to be.
+#include <globalmatch/detail/matching/decision.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"

@@ -84,6 +84,34 @@ TEST_CASE("kinds of observations share parameters, each with a scale of its own"
   CHECK(kinds[1].scale / kinds[0].scale == Approx(50).epsilon(0.15));
 }
 
+TEST_CASE("the covariance is that of the estimates, whether noise is normal, uniform or has outliers") {
+  constexpr int trials = 1500, count = 80;
+  const auto ratio_of = [](const auto& noise, std::size_t dimensions) {
+    double squares = 0;
+    for (int trial = 0; trial < trials; ++trial) {
+      random_source random(std::uint64_t(trial) + 1);
+      observation_kind kinds[] = {{.dimensions = dimensions}};
+      for (int i = 0; i < count; ++i) {
+        const double relative = i % 2 ? 1 : 2;
+        kinds[0].of.push_back({{{{{1, 0, 0, 0, 0, 0}, 5 + relative * noise(random)},
+                                 {{0, 1, 0, 0, 0, 0}, 8 + relative * noise(random)}}},
+                               relative});
+      }
+      const t_estimate e = estimate_by_t(kinds, 6, 1e-4);
+      squares += std::pow(e.parameters[0] - 5, 2) / e.covariance(0, 0) / trials;
+    }
+    return std::sqrt(squares);
+  };
+  const auto normal = [](random_source& r) { return 0.3 * r.normal(); };
+  const auto constant = [](random_source& r) { return uniform(r, -1, 1); };
+  const auto spoiled = [](random_source& r) { return (r.uniform() < 0.15 ? 3 : 0.3) * r.normal(); };
+  for (const std::size_t dimensions : {1u, 2u}) {
+    CHECK(ratio_of(normal, dimensions) == Approx(1).epsilon(0.07));
+    CHECK(ratio_of(constant, dimensions) == Approx(1).epsilon(0.1));
+    CHECK(ratio_of(spoiled, dimensions) == Approx(1).epsilon(0.07));
+  }
+}
+
 TEST_CASE("equal observations have the smallest scale, none at all no parameters") {
   observation_kind equal[] = {{.dimensions = 1}};
   for (int i = 0; i < 5; ++i) equal[0].of.push_back({{{{{1, 0, 0, 0, 0, 0}, 7}}}});

@@ -56,10 +56,40 @@ inline double t_weight(const observation_kind& kind, double square) {
 /// The most likely parameters and scales.
 struct t_estimate {
   small_vector parameters{};
-  small_matrix covariance;    ///< of the parameters
+  small_matrix covariance;    ///< of the parameters, for many observations
   double scale = 0;           ///< of the first kind
   double log_likelihood = 0;  ///< but for constants that depend on the observations alone
 };
+
+/// Information [1 / unit^2] of one coordinate of an observation, whatever the distribution of residuals: that
+/// of an M-estimate (Huber 1964, Robust estimation of a location parameter, Annals of Mathematical Statistics
+/// 35). Where the scale is the smallest one the residuals do not tell; then by the weights.
+inline double information_of(const observation_kind& kind, const small_vector& parameters, double min_scale) {
+  const auto n = double(kind.dimensions);
+  double weights = 0, squares = 0, slopes = 0;  // of the influence function
+  for (const observation& o : kind.of) {
+    const double square = kind.squared_residual(o, parameters), unit = square / (kind.scale * kind.scale);
+    const double weight = t_weight(kind, square);
+    weights += weight;
+    squares += weight * weight * unit / n;
+    slopes += weight * (1 - 2 * unit / n / (t_degrees + unit));
+  }
+  const double of_all = kind.scale > min_scale ? slopes * slopes / squares : weights;
+  return of_all / (kind.scale * kind.scale * double(kind.of.size()));
+}
+
+inline small_matrix covariance_of(std::span<const observation_kind> kinds, std::size_t unknowns,
+                                  const small_vector& parameters, double min_scale) {
+  small_matrix normal;
+  normal.size = unknowns;
+  for (const observation_kind& kind : kinds) {
+    const double information = information_of(kind, parameters, min_scale);
+    for (const observation& o : kind.of)
+      for (std::size_t d = 0; d < kind.dimensions; ++d)
+        normal.add_square(o.coordinates[d].row, information / (o.relative * o.relative));
+  }
+  return small_solver(normal).inverse();
+}
 
 /// Estimates `unknowns` parameters, 6 at most, that all kinds have in common, and the scale of each kind,
 /// which is `min_scale` at least. Parameters that nothing determines stay 0. Cost: linear in the
@@ -101,7 +131,7 @@ inline t_estimate estimate_by_t(std::span<observation_kind> kinds, std::size_t u
     }
     if (change < convergence_threshold) break;
   }
-  result.covariance = small_solver(normal).inverse();
+  result.covariance = covariance_of(kinds, unknowns, result.parameters, min_scale);
   result.scale = kinds.front().scale;
   for (const observation_kind& kind : kinds)
     for (const observation& o : kind.of) {

@@ -133,11 +133,11 @@ class vertical_decision {
   t_estimate level_, sloped_;
 };
 
-/// What a variance that t estimates give is to be multiplied by: their scale has the information of
-/// (d + n) / (d + n + 2) Gaussian observations of n coordinates, and is estimated from `count` of them.
+/// What the variance of t estimates is to be multiplied by where their scale is estimated from `count`
+/// numbers.
 inline double variance_factor(double count, double unknowns) {
   const double degrees = std::max(count - unknowns, 2.5);  // fewer have no variance
-  return (t_degrees + 3) / (t_degrees + 1) * count / degrees * (degrees / (degrees - 2));
+  return count / degrees * (degrees / (degrees - 2));
 }
 
 /// Refits all six unknowns to positions, heights and axes, and re-pairs the stems, until convergence.
@@ -153,7 +153,7 @@ inline local_vertical_fit fit_rotated(local_hypothesis& h, const matching_contex
                                                       observations.heights(transform, result.center, true),
                                                       observations.axes(transform, true)});
     result.covariance = step.covariance;
-    const double factor = variance_factor(2 * double(observations.size()), vertical_unknowns);
+    const double factor = variance_factor(double(observations.size()), 3);  // heights: a plane
     for (double& number : result.covariance->numbers) number *= factor;
     const small_vector& by = step.parameters;
     const vec3 shift{by[0], by[1], by[2]}, turn{by[3], by[4], by[5]};
