@@ -1,6 +1,7 @@
 // Ways to match two stem maps, side by side: ours, and what it is measured against.
 #pragma once
 
+#include <globalmatch/detail/matching/verify.hpp>
 #include <globalmatch/stem_matching.hpp>
 
 #include "oracles/algorithm_1.hpp"

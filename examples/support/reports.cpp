@@ -1,5 +1,6 @@
 #include "support/reports.hpp"
 
+#include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/registration.hpp>
 
 #include "support/atomic_file.hpp"
@@ -168,6 +169,21 @@ json describe(const stem_map& map) {
           {"distance_tolerance", map.distance_tolerance}};
 }
 
+namespace {
+
+constexpr double max_usual_radius = 0.3;  // [m] at breast height, of half of the stems of a stand
+
+/// Of maps of some stems; 0 of others.
+double median_radius(const std::vector<stem>& stems) {
+  constexpr std::size_t min_stems = 5;
+  if (stems.size() < min_stems) return 0;
+  std::vector<double> radii;
+  for (const stem& s : stems) radii.push_back(s.radius);
+  return detail::median(radii);
+}
+
+}  // namespace
+
 std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked) {
   std::vector<warning> warnings;
   const auto add = [&](const char* code, const std::string& text) { warnings.push_back({code, text}); };
@@ -193,6 +209,12 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
     text << "coordinates come in steps of " << map.funnel.ground.coordinate_step
          << " m: were map coordinates stored as float? Export them as double, or shifted to the scan";
     add("coordinate_step", text.str());
+  }
+  if (const double radius = median_radius(map.stems); radius > max_usual_radius) {
+    std::ostringstream text;
+    text << std::setprecision(2) << "half of the stems are thicker than " << 2 * radius
+         << " m: are coordinates in feet? Multiply them by 0.3048: metres are needed";
+    add("thick_stems", text.str());
   }
   if (map.stems.empty())
     add("no_stems", "no stems were found: " + detail::where_lost(explain(map.funnel), 1));

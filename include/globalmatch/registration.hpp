@@ -6,10 +6,12 @@
 #include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
+#include "globalmatch/icp.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/registration_options.hpp"
 #include "globalmatch/stem_map.hpp"
 #include "globalmatch/stem_mapping.hpp"
+#include "globalmatch/stem_matching.hpp"
 
 namespace globalmatch {
 

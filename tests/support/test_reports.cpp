@@ -1,0 +1,91 @@
+#include "support/reports.hpp"
+
+#include <globalmatch/registration_options.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "catch.hpp"
+#include "support/scan_files.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+bool has(const std::vector<warning>& warnings, const std::string& code) {
+  return std::any_of(warnings.begin(), warnings.end(), [&](const warning& w) { return w.code == code; });
+}
+
+/// A map without anything to warn of.
+stem_map healthy_map() {
+  stem_map map;
+  map.funnel.ground.cells = 1000;
+  map.terrain.status = ground_status::seen;
+  for (int i = 0; i < 9; ++i) {
+    stem s;
+    s.position = {double(i), 2.0 * i, 0};
+    s.radius = 0.05 + 0.02 * i;
+    map.stems.push_back(s);
+  }
+  return map;
+}
+
+}  // namespace
+
+TEST_CASE("a healthy map has no warnings") {
+  CHECK(warnings_of(healthy_map(), {}).empty());
+}
+
+TEST_CASE("what is wrong with a scan is said, each by its code") {
+  stem_map map = healthy_map();
+  map.terrain.status = ground_status::none;
+  CHECK(has(warnings_of(map, {}), "no_ground"));
+  map = healthy_map();
+  map.terrain.cut_off = true;
+  CHECK(has(warnings_of(map, {}), "cut_off"));
+  map = healthy_map();
+  map.terrain.status = ground_status::normalised;
+  CHECK(has(warnings_of(map, {}), "normalised_heights"));
+  map = healthy_map();
+  map.funnel.ground.coordinate_step = 0.5;
+  CHECK(has(warnings_of(map, {}), "coordinate_step"));
+  map = healthy_map();
+  map.funnel.ground.low_points = 3;
+  CHECK(has(warnings_of(map, {}), "low_noise"));
+  map = healthy_map();
+  map.stems.clear();
+  CHECK(has(warnings_of(map, {}), "no_stems"));
+  CHECK(has(warnings_of(healthy_map(), {.keep = false, .noise = 2, .withheld = 0}), "marked_points"));
+}
+
+TEST_CASE("stems that are three times too thick ask whether coordinates are in feet") {
+  stem_map map = healthy_map();
+  for (stem& s : map.stems) s.radius /= 0.3048;
+  const std::vector<warning> warnings = warnings_of(map, {});
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings.front().code == "thick_stems");
+  CHECK(warnings.front().text.find("0.85 m") != std::string::npos);
+  CHECK(warnings.front().text.find("feet") != std::string::npos);
+  map.stems.resize(4);  // too few to say
+  CHECK(warnings_of(map, {}).empty());
+}
+
+TEST_CASE("a matching without a known height says so, and so does one whose heights slope") {
+  matching result;
+  CHECK(warnings_of(result).empty());
+  result.vertical.emplace();
+  result.vertical->source = vertical_source::stems;
+  CHECK(warnings_of(result).empty());
+  result.vertical->kind = vertical_kind::sloping;
+  result.vertical->tilt = 0.05;
+  REQUIRE(has(warnings_of(result), "sloping_heights"));
+  CHECK(warnings_of(result).front().text.find("2.9 degrees") != std::string::npos);
+  result.vertical->source = vertical_source::none;
+  result.vertical->reason = "heights of trees";
+  REQUIRE(has(warnings_of(result), "height_unknown"));
+  CHECK(warnings_of(result).front().text == "height: heights of trees");
+}
+
+}  // namespace globalmatch::support
