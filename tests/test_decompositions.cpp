@@ -26,7 +26,7 @@ TEST_CASE("the eigenvectors of a symmetric mat3 diagonalise it, however few are 
   always(16, [](numbers& random) {
     const eigen_mat a = random_symmetric(random);
     const eigen_of_mat3 e = symmetric_eigen(plain(a));
-    const eigen_mat v = to_eigen(e.vectors);
+    const eigen_mat v = to_eigen(rigid{e.vectors, {}}).linear();
     const double size = a.cwiseAbs().maxCoeff();
     return e.values.x <= e.values.y && e.values.y <= e.values.z && v.allFinite() &&
            std::abs(v.col(0).norm() - 1) < 1e-12 && std::abs(v.col(2).norm() - 1) < 1e-12 &&
@@ -77,7 +77,8 @@ TEST_CASE("the rotation of a covariance turns the source onto the target, mirror
       const eigen_vec p = random.vector();
       covariance += p * (truth * p).transpose();
     }
-    CHECK((to_eigen(rotation_of_covariance(plain(covariance)).rotation) - truth).norm() < 1e-9);
+    CHECK((to_eigen(rigid{rotation_of_covariance(plain(covariance)).rotation, {}}).linear() - truth).norm() <
+          1e-9);
     const mat3 mirrored = rotation_of_covariance(plain(eigen_mat(-covariance))).rotation;
     CHECK(mirrored.determinant() == Approx(1));
   }

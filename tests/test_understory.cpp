@@ -58,7 +58,7 @@ TEST_CASE("heights of the understory are measured from the terrain, in every con
     CHECK(understory.frame.origin == vec3{10, 20, 30});
     std::size_t exact = 0;
     for (std::size_t i = 0; i < understory.size(); ++i)
-      exact += understory[i] == vec3f::from(scan[understory.index[i]]) - vec3f{10, 20, 30} ? 1 : 0;
+      exact += understory[i] == vec3f(vec3::from(scan[understory.index[i]]) - vec3{10, 20, 30}) ? 1 : 0;
     CHECK(exact == understory.size());
   });
 }
@@ -133,7 +133,7 @@ TEST_CASE("the understory follows the up of the terrain") {
   const local_points understory = select_understory(scan, ground);
   CHECK(understory.index == std::vector<point_index>{1, 2});
   REQUIRE(understory.size() == 2);
-  CHECK((understory[0] - vec3f{2, 2, 1}).norm() < 1e-5f);
+  CHECK((vec3(understory[0]) - vec3{2, 2, 1}).norm() < 1e-5);
 }
 
 TEST_CASE("understory limits that hold no layer are refused by name") {

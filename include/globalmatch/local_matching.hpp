@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/core/triangle_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/triangles.hpp"

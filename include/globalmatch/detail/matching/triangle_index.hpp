@@ -14,7 +14,7 @@
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/core/triangle_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
