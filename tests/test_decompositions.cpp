@@ -32,7 +32,7 @@ TEST_CASE("the eigenvectors of a symmetric mat3 diagonalise it, however few are 
            std::abs(v.col(0).norm() - 1) < 1e-12 && std::abs(v.col(2).norm() - 1) < 1e-12 &&
            (v * to_eigen(e.values).asDiagonal() * v.transpose() - a).cwiseAbs().maxCoeff() <= 1e-6 * size;
   });
-  const eigen_of_mat3 zero = symmetric_eigen(mat3{}), equal = symmetric_eigen(4.0 * mat3::identity());
+  const eigen_of_mat3 zero = symmetric_eigen(mat3{}), equal = symmetric_eigen(mat3::diagonal_of({4, 4, 4}));
   CHECK((zero.values == vec3{} && zero.vectors == mat3::identity()));
   CHECK((equal.values == vec3{4, 4, 4} && equal.vectors == mat3::identity()));
 }

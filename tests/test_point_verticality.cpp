@@ -39,8 +39,9 @@ std::pair<float, float> min_and_max(const std::vector<local_surface>& surfaces) 
 }
 
 bool all_finite(const std::vector<local_surface>& surfaces) {
-  return std::all_of(surfaces.begin(), surfaces.end(),
-                     [](const local_surface& s) { return is_finite(s.normal) && std::isfinite(s.spacing); });
+  return std::all_of(surfaces.begin(), surfaces.end(), [](const local_surface& s) {
+    return is_finite(vec3(s.normal)) && std::isfinite(s.spacing);
+  });
 }
 
 verticality_options with_radius(double radius) {
@@ -102,7 +103,7 @@ TEST_CASE("normals are of unit length") {
   random_source random(2);
   float largest = 0;
   for (const local_surface& s : estimate_surfaces(scenes::as_local(scenes::random_cloud(random, 1000, 1))))
-    if (!(s.normal == vec3f{})) largest = std::max(largest, std::abs(vec3(s.normal).norm() - 1));
+    if (!(s.normal == vec3f{})) largest = std::max(largest, std::abs(float(vec3(s.normal).norm()) - 1));
   CHECK(largest < 1e-5f);
 }
 

@@ -98,7 +98,7 @@ TEST_CASE("along the order of the scan points are kept that lie apart from the o
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(200)) == 1);
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(100)) == 0);
     std::size_t together = 0;
-    for (std::size_t i = 1; i < kept.size(); ++i) together += (kept[i] - kept[i - 1]).norm() < 0.0099f;
+    for (std::size_t i = 1; i < kept.size(); ++i) together += vec3(kept[i] - kept[i - 1]).norm() < 0.0099;
     CHECK(together <= layer.parts.size());  // chunks begin anew
     CHECK(kept.size() > 690);
     CHECK(kept.size() < 720);

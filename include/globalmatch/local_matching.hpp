@@ -3,7 +3,6 @@
 // Cost: target triangles times the source triangles whose edges are within some tolerances.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
