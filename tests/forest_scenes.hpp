@@ -135,7 +135,7 @@ inline void append(cloud& points, const cloud& more) {
 inline local_points as_local(const cloud& points) {
   local_points result;
   for (const Eigen::Vector3f& p : points)
-    result.push_back(vec3f::from(p), static_cast<point_index>(result.size()));
+    result.push_back(vec3f(vec3::from(p)), static_cast<point_index>(result.size()));
   return result;
 }
 

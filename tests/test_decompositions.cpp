@@ -26,13 +26,13 @@ TEST_CASE("the eigenvectors of a symmetric mat3 diagonalise it, however few are 
   always(16, [](numbers& random) {
     const eigen_mat a = random_symmetric(random);
     const eigen_of_mat3 e = symmetric_eigen(plain(a));
-    const eigen_mat v = to_eigen(e.vectors);
+    const eigen_mat v = to_eigen(rigid{e.vectors, {}}).linear();
     const double size = a.cwiseAbs().maxCoeff();
     return e.values.x <= e.values.y && e.values.y <= e.values.z && v.allFinite() &&
            std::abs(v.col(0).norm() - 1) < 1e-12 && std::abs(v.col(2).norm() - 1) < 1e-12 &&
            (v * to_eigen(e.values).asDiagonal() * v.transpose() - a).cwiseAbs().maxCoeff() <= 1e-6 * size;
   });
-  const eigen_of_mat3 zero = symmetric_eigen(mat3{}), equal = symmetric_eigen(4.0 * mat3::identity());
+  const eigen_of_mat3 zero = symmetric_eigen(mat3{}), equal = symmetric_eigen(mat3::diagonal_of({4, 4, 4}));
   CHECK((zero.values == vec3{} && zero.vectors == mat3::identity()));
   CHECK((equal.values == vec3{4, 4, 4} && equal.vectors == mat3::identity()));
 }
@@ -77,7 +77,8 @@ TEST_CASE("the rotation of a covariance turns the source onto the target, mirror
       const eigen_vec p = random.vector();
       covariance += p * (truth * p).transpose();
     }
-    CHECK((to_eigen(rotation_of_covariance(plain(covariance)).rotation) - truth).norm() < 1e-9);
+    CHECK((to_eigen(rigid{rotation_of_covariance(plain(covariance)).rotation, {}}).linear() - truth).norm() <
+          1e-9);
     const mat3 mirrored = rotation_of_covariance(plain(eigen_mat(-covariance))).rotation;
     CHECK(mirrored.determinant() == Approx(1));
   }

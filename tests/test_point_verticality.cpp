@@ -39,8 +39,9 @@ std::pair<float, float> min_and_max(const std::vector<local_surface>& surfaces) 
 }
 
 bool all_finite(const std::vector<local_surface>& surfaces) {
-  return std::all_of(surfaces.begin(), surfaces.end(),
-                     [](const local_surface& s) { return is_finite(s.normal) && std::isfinite(s.spacing); });
+  return std::all_of(surfaces.begin(), surfaces.end(), [](const local_surface& s) {
+    return is_finite(vec3(s.normal)) && std::isfinite(s.spacing);
+  });
 }
 
 verticality_options with_radius(double radius) {
@@ -91,7 +92,7 @@ TEST_CASE("the verticality of an upright stem exceeds the threshold all around, 
   std::size_t upright = 0, radial = 0;
   for (std::size_t i = 0; i < points.size(); ++i) {
     upright += surfaces[i].verticality() > 0.9f ? 1 : 0;
-    const vec3f outwards = vec3f{points.x[i], points.y[i], 0}.normalized();
+    const vec3f outwards = vec3f(vec3{points.x[i], points.y[i], 0}.normalized());
     radial += std::abs(surfaces[i].normal.dot(outwards)) > 0.95f ? 1 : 0;
   }
   CHECK(double(upright) > 0.99 * double(points.size()));
@@ -102,7 +103,7 @@ TEST_CASE("normals are of unit length") {
   random_source random(2);
   float largest = 0;
   for (const local_surface& s : estimate_surfaces(scenes::as_local(scenes::random_cloud(random, 1000, 1))))
-    if (!(s.normal == vec3f{})) largest = std::max(largest, std::abs(s.normal.norm() - 1));
+    if (!(s.normal == vec3f{})) largest = std::max(largest, std::abs(float(vec3(s.normal).norm()) - 1));
   CHECK(largest < 1e-5f);
 }
 

@@ -16,7 +16,7 @@ TEST_CASE("rigid transforms, their products and inverses have the bits of Isomet
   always(11, [](numbers& random) {
     const Eigen::Isometry3d s = random.rigid_transform(), t = random.rigid_transform();
     const eigen_vec v = random.vector(), w = random.vector();
-    const rigid a = from_eigen(s), b = rigid::from(t);
+    const rigid a = from_eigen(s), b = from_eigen(t);
     const vec3 p = vec3::from(v), q = vec3::from(w);
     return same_bits(a * p, s * v) && same_bits(a * b, s * t) && same_bits(a.inverse(), s.inverse()) &&
            same_bits(a * p - q, s * v - w) && same_bits((a * p - q).norm(), (s * v - w).norm()) &&

@@ -87,7 +87,7 @@ TEST_CASE("the fit has the least weighted sum of squares, by a search over all t
     const double hand = (svd.matrixU() * svd.matrixV().transpose()).determinant();
     const Eigen::Matrix3d rotation =
         svd.matrixU() * Eigen::Vector3d(1, 1, hand).asDiagonal() * svd.matrixV().transpose();
-    CHECK((to_eigen(free->rotation) - rotation).norm() < 1e-9);
+    CHECK((to_eigen(*free).linear() - rotation).norm() < 1e-9);
     CHECK((to_eigen(free->translation) - (target_mean - rotation * source_mean)).norm() < 1e-6);
   }
 }

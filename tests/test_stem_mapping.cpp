@@ -253,8 +253,7 @@ TEST_CASE("stems are ordered by position, and their supports are points of the s
                      detail::vec3::from(s.axis), s.radius, s.taper};
     double furthest = 0;
     for (const point_index p : s.support) {
-      furthest =
-          std::max(furthest, std::abs(c.surface_distance(detail::vec3(detail::vec3f::from(truth.scan[p])))));
+      furthest = std::max(furthest, std::abs(c.surface_distance(detail::vec3::from(truth.scan[p]))));
       seen.insert(p);
     }
     CHECK(furthest < map.distance_tolerance + 1e-3);

@@ -38,7 +38,7 @@ struct fragments {
     fragment.cylinder = fitted;
     for (const Eigen::Vector3f& p : scenes::stem_points(random, truth, count, seen)) {
       fragment.support.push_back(static_cast<point_index>(points.size()));
-      points.push_back(vec3f::from(p), static_cast<point_index>(1000 + points.size()));
+      points.push_back(vec3f(vec3::from(p)), static_cast<point_index>(1000 + points.size()));
     }
     found.stems.push_back(fragment);
   }

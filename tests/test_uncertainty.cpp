@@ -180,7 +180,7 @@ TEST_CASE("in the caller's frame the uncertainty is that of the same transform")
     const transform_uncertainty there =
         in_caller_frame(*uncertainty_of(match.best, match.maps, vertical), frame);
     const Eigen::Vector3d p(12, -7, 3);
-    const Eigen::Matrix3d rotation = to_eigen(frame.rotation);
+    const Eigen::Matrix3d rotation = to_eigen(rigid{frame.rotation, {}}).linear();
     CHECK((rotation * there.at(to_eigen(frame.to_scan(from_eigen(p)))) * rotation.transpose() - u->at(p))
               .norm() < 1e-9 * u->at(p).norm());
     CHECK(there.up.isApprox(Eigen::Vector3d(0.3, -0.2, 1).normalized()));
@@ -222,7 +222,7 @@ TEST_CASE("the covariance of a transform is that of weighted least squares over 
 TEST_CASE("a covariance in the frame of the caller is turned back with its axes") {
   random_source random(110);
   const local_frame frame{{1000, 2000, 30}, levelling_rotation(vec3{0.5, -0.7, 1})};
-  const Eigen::Matrix3d back = to_eigen(frame.rotation).transpose();
+  const Eigen::Matrix3d back = to_eigen(rigid{frame.rotation, {}}).linear().transpose();
   for (const std::size_t size : {4u, 6u}) {
     local_uncertainty local;
     local.center = {3, -4, 5};

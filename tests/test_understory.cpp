@@ -58,7 +58,7 @@ TEST_CASE("heights of the understory are measured from the terrain, in every con
     CHECK(understory.frame.origin == vec3{10, 20, 30});
     std::size_t exact = 0;
     for (std::size_t i = 0; i < understory.size(); ++i)
-      exact += understory[i] == vec3f::from(scan[understory.index[i]]) - vec3f{10, 20, 30} ? 1 : 0;
+      exact += understory[i] == vec3f(vec3::from(scan[understory.index[i]]) - vec3{10, 20, 30}) ? 1 : 0;
     CHECK(exact == understory.size());
   });
 }
@@ -98,7 +98,7 @@ TEST_CASE("along the order of the scan points are kept that lie apart from the o
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(200)) == 1);
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(100)) == 0);
     std::size_t together = 0;
-    for (std::size_t i = 1; i < kept.size(); ++i) together += (kept[i] - kept[i - 1]).norm() < 0.0099f;
+    for (std::size_t i = 1; i < kept.size(); ++i) together += vec3(kept[i] - kept[i - 1]).norm() < 0.0099;
     CHECK(together <= layer.parts.size());  // chunks begin anew
     CHECK(kept.size() > 690);
     CHECK(kept.size() < 720);
@@ -133,7 +133,7 @@ TEST_CASE("the understory follows the up of the terrain") {
   const local_points understory = select_understory(scan, ground);
   CHECK(understory.index == std::vector<point_index>{1, 2});
   REQUIRE(understory.size() == 2);
-  CHECK((understory[0] - vec3f{2, 2, 1}).norm() < 1e-5f);
+  CHECK((vec3(understory[0]) - vec3{2, 2, 1}).norm() < 1e-5);
 }
 
 TEST_CASE("understory limits that hold no layer are refused by name") {

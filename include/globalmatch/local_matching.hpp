@@ -3,7 +3,6 @@
 // Cost: target triangles times the source triangles whose edges are within some tolerances.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -13,7 +12,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/core/triangle_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/triangles.hpp"

@@ -36,7 +36,7 @@ inline bool same_bits(const vec3f& a, const Eigen::Vector3f& b) {
   return same_bits(a.x, b[0]) && same_bits(a.y, b[1]) && same_bits(a.z, b[2]);
 }
 inline bool same_bits(const mat2& a, const Eigen::Matrix2d& b) {
-  return same_bits(a.col(0), b.col(0)) && same_bits(a.col(1), b.col(1));
+  return same_bits(a.columns[0], b.col(0)) && same_bits(a.columns[1], b.col(1));
 }
 inline bool same_bits(const mat3& a, const eigen_mat& b) {
   return same_bits(a.col(0), b.col(0)) && same_bits(a.col(1), b.col(1)) && same_bits(a.col(2), b.col(2));
@@ -45,8 +45,14 @@ inline bool same_bits(const rigid& a, const Eigen::Isometry3d& b) {
   return same_bits(a.rotation, b.linear()) && same_bits(a.translation, b.translation());
 }
 
+inline vec2 plain(const Eigen::Vector2d& v) {
+  return {v[0], v[1]};
+}
+inline vec3f plain(const Eigen::Vector3f& v) {
+  return {v[0], v[1], v[2]};
+}
 inline mat2 plain(const Eigen::Matrix2d& m) {
-  return {{vec2::from(m.col(0)), vec2::from(m.col(1))}};
+  return {{{m(0, 0), m(1, 0)}, {m(0, 1), m(1, 1)}}};
 }
 inline mat3 plain(const eigen_mat& m) {
   return {{vec3::from(m.col(0)), vec3::from(m.col(1)), vec3::from(m.col(2))}};

@@ -2,7 +2,6 @@
 // bits of Eigen 3.4's computeDirect and JacobiSVD.
 #pragma once
 
-#include <optional>
 #include <utility>
 
 #include "globalmatch/detail/core/matrices.hpp"

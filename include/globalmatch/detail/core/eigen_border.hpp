@@ -13,12 +13,6 @@ inline Eigen::Vector2d to_eigen(const vec2& v) {
 inline Eigen::Vector3d to_eigen(const vec3& v) {
   return Eigen::Vector3d(v.x, v.y, v.z);
 }
-inline Eigen::Matrix3d to_eigen(const mat3& m) {
-  Eigen::Matrix3d result;
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) result.data()[3 * c + r] = m(r, c);
-  return result;
-}
 inline Eigen::Isometry3d to_eigen(const rigid& t) {
   Eigen::Isometry3d result;
   double* const out = result.data();
@@ -31,17 +25,8 @@ inline Eigen::Isometry3d to_eigen(const rigid& t) {
   return result;
 }
 
-inline vec2 from_eigen(const Eigen::Vector2d& v) {
-  return {v.data()[0], v.data()[1]};
-}
 inline vec3 from_eigen(const Eigen::Vector3d& v) {
   return {v.data()[0], v.data()[1], v.data()[2]};
-}
-inline mat3 from_eigen(const Eigen::Matrix3d& m) {
-  mat3 result;
-  for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) result(r, c) = m.data()[3 * c + r];
-  return result;
 }
 inline rigid from_eigen(const Eigen::Isometry3d& t) {
   const double* const in = t.data();

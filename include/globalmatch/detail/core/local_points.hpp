@@ -80,31 +80,12 @@ inline local_points select(const local_points& points, const std::vector<point_i
   return result;
 }
 
-/// Calls `visit(p, i)` for the finite points of a scan, in order, with their coordinates as doubles. Returns
-/// how many were not finite and left out. Throws `std::invalid_argument` when there are more points than
-/// `point_index` can name.
-template <point_range R, class Visit>
-std::size_t for_each_finite(const R& scan, const Visit& visit) {
-  std::size_t i = 0, skipped = 0;
-  for (const auto& p : scan) {
-    if (i >= std::numeric_limits<point_index>::max()) refuse_size();
-    const vec3 v = xyz(p);
-    if (is_finite(v))
-      visit(v, static_cast<point_index>(i));
-    else
-      ++skipped;
-    ++i;
-  }
-  return skipped;
-}
-
-constexpr std::size_t points_a_chunk = std::size_t(1)
-                                       << 14;  // of a scan: what is kept of them stays in a cache
+constexpr std::size_t points_a_chunk = 16384;  // of a scan: what is kept of them stays in a cache
 
 /// One forward pass over a scan in chunks: `read(chunk, visit_points)` is called once for each, in parallel
 /// where the range gives random access, else in order; `visit_points(visit)` calls `visit(p, i)` for the
 /// points of the chunk, also for those that are not finite. `prepare(chunks)` is called first with their
-/// number. Throws as `for_each_finite` does.
+/// number. Throws `std::invalid_argument` when there are more points than `point_index` can name.
 template <point_range R, class Prepare, class Read>
 void read_in_chunks(const R& scan, const execution& exec, std::string_view stage, const Prepare& prepare,
                     const Read& read) {
@@ -151,34 +132,6 @@ inline local_points join_parts(std::vector<local_points> parts, const local_fram
       },
       1);
   return all;
-}
-
-/// All finite points of a range in a levelled local frame. Its origin is the median of each coordinate, since
-/// far from it floats are coarse and the first point may be an outlier.
-template <point_range R>
-local_points import_points(const R& scan, const vec3& up = {0, 0, 1}) {
-  local_points result;
-  result.frame.rotation = levelling_rotation(up);
-  std::vector<vec3> finite;
-  for_each_finite(scan, [&](const vec3& p, point_index i) {
-    finite.push_back(p);
-    result.index.push_back(i);
-  });
-  if (finite.empty()) return result;
-  std::vector<double> values(finite.size());
-  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
-  for (int axis = 0; axis < 3; ++axis) {
-    for (std::size_t i = 0; i < finite.size(); ++i) values[i] = finite[i][axis];
-    std::nth_element(values.begin(), middle, values.end());
-    result.frame.origin[axis] = *middle;
-  }
-  for (const vec3& p : finite) {
-    const vec3f local(result.frame.to_local(p));
-    result.x.push_back(local.x);
-    result.y.push_back(local.y);
-    result.z.push_back(local.z);
-  }
-  return result;
 }
 
 }  // namespace globalmatch::detail

@@ -11,21 +11,11 @@ struct mat2 {
 
   static constexpr mat2 identity() { return {{{1, 0}, {0, 1}}}; }
   constexpr double operator()(int r, int c) const { return columns[c][r]; }
-  constexpr double& operator()(int r, int c) { return columns[c][r]; }
-  constexpr vec2 col(int c) const { return columns[c]; }
   constexpr vec2 row(int r) const { return {columns[0][r], columns[1][r]}; }
-  friend constexpr bool operator==(const mat2& a, const mat2& b) {
-    return a.columns[0] == b.columns[0] && a.columns[1] == b.columns[1];
-  }
   constexpr mat2& operator+=(const mat2& b) {
     return columns[0] += b.columns[0], columns[1] += b.columns[1], *this;
   }
-  constexpr mat2& operator-=(const mat2& b) {
-    return columns[0] -= b.columns[0], columns[1] -= b.columns[1], *this;
-  }
-  constexpr mat2& operator*=(double s) { return columns[0] *= s, columns[1] *= s, *this; }
   constexpr mat2& operator/=(double s) { return columns[0] /= s, columns[1] /= s, *this; }
-  constexpr mat2 transpose() const { return {{row(0), row(1)}}; }
   constexpr double trace() const { return columns[0].x + columns[1].y; }
   constexpr double determinant() const { return columns[0].x * columns[1].y - columns[0].y * columns[1].x; }
   /// Not finite when it is singular.
@@ -34,26 +24,11 @@ struct mat2 {
     return {{{columns[1].y * s, -columns[0].y * s}, {-columns[1].x * s, columns[0].x * s}}};
   }
 };
-constexpr mat2 operator+(mat2 a, const mat2& b) {
-  return a += b;
-}
-constexpr mat2 operator-(mat2 a, const mat2& b) {
-  return a -= b;
-}
-constexpr mat2 operator*(mat2 a, double s) {
-  return a *= s;
-}
-constexpr mat2 operator*(double s, mat2 a) {
-  return a *= s;
-}
 constexpr mat2 operator/(mat2 a, double s) {
   return a /= s;
 }
 constexpr vec2 operator*(const mat2& a, const vec2& b) {
   return {a.row(0).dot(b), a.row(1).dot(b)};
-}
-constexpr mat2 operator*(const mat2& a, const mat2& b) {
-  return {{a * b.columns[0], a * b.columns[1]}};
 }
 /// a times b transposed.
 constexpr mat2 outer(const vec2& a, const vec2& b) {
@@ -91,10 +66,6 @@ struct mat3 {
     for (int c = 0; c < 3; ++c) columns[c] -= b.columns[c];
     return *this;
   }
-  constexpr mat3& operator*=(double s) {
-    for (vec3& column : columns) column *= s;
-    return *this;
-  }
   constexpr mat3& operator/=(double s) {
     for (vec3& column : columns) column /= s;
     return *this;
@@ -124,17 +95,8 @@ struct mat3 {
     return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
   }
 };
-constexpr mat3 operator+(mat3 a, const mat3& b) {
-  return a += b;
-}
 constexpr mat3 operator-(mat3 a, const mat3& b) {
   return a -= b;
-}
-constexpr mat3 operator*(mat3 a, double s) {
-  return a *= s;
-}
-constexpr mat3 operator*(double s, mat3 a) {
-  return a *= s;
 }
 constexpr mat3 operator/(mat3 a, double s) {
   return a /= s;

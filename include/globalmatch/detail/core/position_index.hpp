@@ -8,7 +8,6 @@
 #include <memory>
 #include <vector>
 
-#include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"

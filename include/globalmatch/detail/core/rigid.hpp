@@ -54,25 +54,6 @@ struct rigid {
     const mat3 turn = rotation_about_z(angle);
     return {turn, turn * -center + (vec3{} + center)};  // Eigen's sum, whose zeros are not negative
   }
-  /// Reads anything with linear()(row, column) and translation()[i], such as Eigen::Isometry3d.
-  template <class T>
-  static rigid from(const T& t) {
-    rigid result;
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) result.rotation(r, c) = t.linear()(r, c);
-      result.translation[c] = t.translation()[c];
-    }
-    return result;
-  }
-  template <class T>
-  T as() const {
-    T result = T::Identity();
-    for (int c = 0; c < 3; ++c) {
-      for (int r = 0; r < 3; ++r) result.linear()(r, c) = rotation(r, c);
-      result.translation()[c] = translation[c];
-    }
-    return result;
-  }
   /// The rotation's transpose stands for its inverse.
   constexpr rigid inverse() const {
     const mat3 back = rotation.transpose();

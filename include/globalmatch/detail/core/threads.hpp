@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
-#include <stdexcept>
 #include <string_view>
 #include <thread>
 #include <utility>

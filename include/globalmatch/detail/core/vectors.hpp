@@ -1,6 +1,6 @@
 // Small vectors as plain structs: the internals compute with them, because they compile in a fraction of the
 // time of Eigen's. Each operation has the bits of Eigen 3.4 (SSE2, no FMA): the order of every sum is
-// Eigen's, and `tests/test_linear.cpp` compares it.
+// Eigen's, and `tests/test_vectors.cpp` compares it.
 #pragma once
 
 #include <cmath>
@@ -12,12 +12,8 @@ struct vec2 {
   double x = 0, y = 0;
 
   constexpr double operator[](std::size_t i) const { return i == 0 ? x : y; }
-  constexpr double& operator[](std::size_t i) { return i == 0 ? x : y; }
-  constexpr double operator[](int i) const { return i == 0 ? x : y; }
-  constexpr double& operator[](int i) { return i == 0 ? x : y; }
   friend constexpr bool operator==(const vec2& a, const vec2& b) { return a.x == b.x && a.y == b.y; }
   constexpr vec2& operator+=(const vec2& b) { return x += b.x, y += b.y, *this; }
-  constexpr vec2& operator-=(const vec2& b) { return x -= b.x, y -= b.y, *this; }
   constexpr vec2& operator*=(double s) { return x *= s, y *= s, *this; }
   constexpr vec2& operator/=(double s) { return x /= s, y /= s, *this; }
   constexpr double dot(const vec2& b) const { return x * b.x + y * b.y; }
@@ -27,15 +23,6 @@ struct vec2 {
   vec2 normalized() const {
     const double squared = squared_norm();
     return squared > 0 ? vec2{x / std::sqrt(squared), y / std::sqrt(squared)} : *this;
-  }
-  /// Reads the first two of anything with an operator[].
-  template <class V>
-  static constexpr vec2 from(const V& v) {
-    return {v[0], v[1]};
-  }
-  template <class V>
-  V as() const {
-    return V(x, y);
   }
 };
 constexpr vec2 operator-(const vec2& a) {
@@ -56,23 +43,17 @@ constexpr vec2 operator*(double s, const vec2& a) {
 constexpr vec2 operator/(const vec2& a, double s) {
   return {a.x / s, a.y / s};
 }
-inline bool is_finite(const vec2& a) {
-  return std::isfinite(a.x) && std::isfinite(a.y);
-}
 
 struct vec3 {
   double x = 0, y = 0, z = 0;
 
   constexpr double operator[](std::size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
   constexpr double& operator[](std::size_t i) { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr double operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr double& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   friend constexpr bool operator==(const vec3& a, const vec3& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z;
   }
   constexpr vec3& operator+=(const vec3& b) { return x += b.x, y += b.y, z += b.z, *this; }
   constexpr vec3& operator-=(const vec3& b) { return x -= b.x, y -= b.y, z -= b.z, *this; }
-  constexpr vec3& operator*=(double s) { return x *= s, y *= s, z *= s, *this; }
   constexpr vec3& operator/=(double s) { return x /= s, y /= s, z /= s, *this; }
   constexpr vec2 xy() const { return {x, y}; }
   constexpr double dot(const vec3& b) const { return (x * b.x + y * b.y) + z * b.z; }
@@ -157,57 +138,14 @@ struct vec3f {
   constexpr explicit vec3f(const vec3& a) : x(float(a.x)), y(float(a.y)), z(float(a.z)) {}
   constexpr explicit operator vec3() const { return {double(x), double(y), double(z)}; }
   constexpr float operator[](std::size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr float& operator[](std::size_t i) { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr float operator[](int i) const { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr float& operator[](int i) { return i == 0 ? x : i == 1 ? y : z; }
   friend constexpr bool operator==(const vec3f& a, const vec3f& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z;
   }
-  constexpr vec3f& operator+=(const vec3f& b) { return x += b.x, y += b.y, z += b.z, *this; }
-  constexpr vec3f& operator-=(const vec3f& b) { return x -= b.x, y -= b.y, z -= b.z, *this; }
-  constexpr vec3f& operator*=(float s) { return x *= s, y *= s, z *= s, *this; }
-  constexpr vec3f& operator/=(float s) { return x /= s, y /= s, z /= s, *this; }
   constexpr float dot(const vec3f& b) const { return x * b.x + (y * b.y + z * b.z); }
-  constexpr vec3f cross(const vec3f& b) const {
-    return {y * b.z - z * b.y, z * b.x - x * b.z, x * b.y - y * b.x};
-  }
   constexpr float squared_norm() const { return dot(*this); }
-  float norm() const { return std::sqrt(squared_norm()); }
-  /// Itself when it is zero.
-  vec3f normalized() const {
-    const float squared = squared_norm(), length = std::sqrt(squared);
-    return squared > 0 ? vec3f(x / length, y / length, z / length) : *this;
-  }
-  /// Reads the first three of anything with an operator[].
-  template <class V>
-  static constexpr vec3f from(const V& v) {
-    return {v[0], v[1], v[2]};
-  }
-  template <class V>
-  V as() const {
-    return V(x, y, z);
-  }
 };
-constexpr vec3f operator-(const vec3f& a) {
-  return {-a.x, -a.y, -a.z};
-}
-constexpr vec3f operator+(const vec3f& a, const vec3f& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
 constexpr vec3f operator-(const vec3f& a, const vec3f& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-constexpr vec3f operator*(const vec3f& a, float s) {
-  return {a.x * s, a.y * s, a.z * s};
-}
-constexpr vec3f operator*(float s, const vec3f& a) {
-  return {s * a.x, s * a.y, s * a.z};
-}
-constexpr vec3f operator/(const vec3f& a, float s) {
-  return {a.x / s, a.y / s, a.z / s};
-}
-inline bool is_finite(const vec3f& a) {
-  return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z);
 }
 
 }  // namespace globalmatch::detail

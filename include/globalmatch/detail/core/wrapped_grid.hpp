@@ -158,4 +158,7 @@ class wrapped_grid {
   std::shared_ptr<item[]> items_;
 };
 
+/// Three indices each, such as vertices, found by the edge lengths [m].
+using triangle_grid = wrapped_grid<float, 3, std::array<std::uint32_t, 3>>;
+
 }  // namespace globalmatch::detail

@@ -9,7 +9,6 @@
 #include <limits>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/distance_cells.hpp"

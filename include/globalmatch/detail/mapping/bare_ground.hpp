@@ -8,7 +8,7 @@
 
 #include "globalmatch/detail/core/planes.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/detail/mapping/lowest_raster.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"
 

@@ -9,7 +9,6 @@
 #include <span>
 #include <vector>
 
-#include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/verticality.hpp"

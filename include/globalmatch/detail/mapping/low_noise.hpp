@@ -14,13 +14,14 @@
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/detail/mapping/lowest_raster.hpp"
+#include "globalmatch/points.hpp"
 #include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
 
 /// One in so many points of a scan, chunk by chunk.
 struct scan_sample {
-  std::size_t one_in = 16;
+  point_index one_in = 16;                       ///< a power of two
   std::vector<std::vector<vec3>> of_chunk = {};  ///< frame of the scan
 };
 
@@ -78,21 +79,29 @@ inline noise_floor find_noise_floor(const scan_sample& sample, const terrain& gr
                     int(std::ceil(ground.columns * ground.resolution)),
                     int(std::ceil(ground.rows * ground.resolution)),
                     {}};
-  std::vector<height_histogram> histograms(std::size_t(floor.columns) * std::size_t(floor.rows));
+  floor.heights.assign(std::size_t(floor.columns) * std::size_t(floor.rows),
+                       -std::numeric_limits<float>::infinity());
+  std::vector<std::uint32_t> numbers(floor.heights.size(), 0);  // of squares in `histograms`
+  std::vector<height_histogram> histograms(1);                  // the first for squares without points
   const auto square = [&](double x, double y) {
     return std::size_t(y) * std::size_t(floor.columns) + std::size_t(x);
   };
   for (const auto& chunk : sample.of_chunk)
     for (const vec3& p : chunk) {
       const vec3 local = ground.frame.to_local(p);
-      if (ground.covers(local.x, local.y) && local.x < floor.columns && local.y < floor.rows)
-        histograms[square(local.x, local.y)].add(local.z - ground.interpolated_height(local.x, local.y));
+      if (!ground.covers(local.x, local.y) || !(local.x < floor.columns && local.y < floor.rows)) continue;
+      std::uint32_t& number = numbers[square(local.x, local.y)];
+      if (number == 0) {
+        number = std::uint32_t(histograms.size());
+        histograms.emplace_back();
+      }
+      histograms[number].add(local.z - ground.interpolated_height(local.x, local.y));
     }
-  floor.heights.assign(histograms.size(), -std::numeric_limits<float>::infinity());
   for (int r = 0; r < floor.rows; ++r)
     for (int c = 0; c < floor.columns; ++c) {
-      const height_histogram& here = histograms[square(c, r)];
-      floor.decided += here.count() >= height_histogram::min_count;
+      const height_histogram& here = histograms[numbers[square(c, r)]];
+      if (here.count() < height_histogram::min_count) continue;
+      ++floor.decided;
       const double layer = here.layer_above_terrain();
       const double x = std::min(c + 0.5, ground.columns * ground.resolution),
                    y = std::min(r + 0.5, ground.rows * ground.resolution);

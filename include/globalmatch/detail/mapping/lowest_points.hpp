@@ -207,18 +207,23 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3&
         std::unique_ptr<tiled_minima> minima = pool.take();
         std::array<vec3, tiled_minima::batch_size> batch;
         std::size_t in_batch = 0, points = 0, out_of_range = 0, low = 0;
+        const point_index index_bits = sample ? sample->one_in - 1 : ~point_index(0);  // 0 where sampled
+        std::vector<vec3> sampled(sample ? points_a_chunk / sample->one_in : 1);
+        std::size_t in_sample = 0;
         visit_points([&](const vec3& p, point_index i) {
           if (!keep(p)) {
             ++low;
             return;
           }
-          if (sample && i % sample->one_in == 0) sample->of_chunk[chunk].push_back(p);
+          if ((i & index_bits) == 0) sampled[in_sample++] = p;
           batch[in_batch++] = frame.to_local(p);
           if (in_batch < batch.size()) return;
           out_of_range += minima->add({batch.data(), in_batch});
           points += std::exchange(in_batch, 0);
         });
         out_of_range += minima->add({batch.data(), in_batch});
+        sampled.resize(in_sample);
+        if (sample) sample->of_chunk[chunk] = std::move(sampled);
         pool.give_back(std::move(minima), points + in_batch + low, out_of_range, low, funnel);
       });
   return make_raster(merge_tiles(pool.idle(), exec), frame, resolution, funnel, exec);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/detail/mapping/lowest_raster.hpp"
 #include "globalmatch/execution.hpp"
 
 namespace globalmatch::detail {

@@ -14,7 +14,6 @@
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"
-#include "globalmatch/points.hpp"
 
 namespace globalmatch::detail {
 

@@ -5,17 +5,13 @@
 #include <cmath>
 #include <cstddef>
 #include <initializer_list>
-#include <numbers>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 #include "globalmatch/detail/core/decompositions.hpp"
 #include "globalmatch/detail/core/matrices.hpp"
-#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/matching.hpp"

@@ -12,7 +12,6 @@
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/rigid.hpp"
 #include "globalmatch/detail/matching/verify.hpp"
-#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 
 namespace globalmatch::detail {

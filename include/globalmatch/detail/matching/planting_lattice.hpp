@@ -12,7 +12,6 @@
 #include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"
 

@@ -16,7 +16,6 @@
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/score_hypothesis.hpp"
-#include "globalmatch/global_matching.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/matching_options.hpp"

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "globalmatch/detail/core/position_index.hpp"
-#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/background_density.hpp"
 #include "globalmatch/detail/matching/triangle_index.hpp"
 #include "globalmatch/execution.hpp"

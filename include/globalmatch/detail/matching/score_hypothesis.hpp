@@ -1,7 +1,6 @@
 // Scoring of a hypothesis by positions, with the threshold that fits it best.
 #pragma once
 
-#include <cstddef>
 #include <limits>
 #include <span>
 

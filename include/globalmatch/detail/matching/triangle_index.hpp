@@ -4,17 +4,14 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <vector>
 
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
 #include "globalmatch/detail/core/threads.hpp"
-#include "globalmatch/detail/core/triangle_grid.hpp"
+#include "globalmatch/detail/core/wrapped_grid.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/positions.hpp"

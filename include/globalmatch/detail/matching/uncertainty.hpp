@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <optional>
 
 #include "globalmatch/detail/core/eigen_border.hpp"

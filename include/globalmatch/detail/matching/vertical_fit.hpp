@@ -11,12 +11,9 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
-#include <span>
 #include <string>
 #include <utility>
-#include <vector>
 
-#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"

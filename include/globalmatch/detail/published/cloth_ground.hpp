@@ -1,12 +1,10 @@
 // The surface under the vegetation as [GM] 3.1 has it: a cloth over the lowest points.
 #pragma once
 
-#include <cmath>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
-#include "globalmatch/detail/mapping/lowest_points.hpp"
+#include "globalmatch/detail/mapping/lowest_raster.hpp"
 #include "globalmatch/detail/published/cloth.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"

@@ -47,17 +47,4 @@ inline point_clusters cluster_points(const local_points& points, std::span<const
   return clusters;
 }
 
-/// The same with one link distance [m] for points of the caller's. Members are indices into `points`; points
-/// that are not finite belong to no cluster.
-template <point_range R>
-point_clusters cluster_points(const R& points, double link_distance, std::size_t min_points = 1,
-                              const execution& exec = {}) {
-  if (!(link_distance > 0)) throw std::invalid_argument("link_distance must be positive");
-  const local_points local = import_points(points);
-  const std::vector<float> links(local.size(), static_cast<float>(link_distance));
-  point_clusters clusters = cluster_points(local, links, min_points, exec);
-  for (point_index& i : clusters.members) i = local.index[i];
-  return clusters;
-}
-
 }  // namespace globalmatch::detail

@@ -9,7 +9,6 @@
 
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/random.hpp"
-#include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "globalmatch/detail/mapping/column_search.hpp"
 #include "globalmatch/detail/mapping/stem_points.hpp"

@@ -96,12 +96,4 @@ inline std::vector<point_index> thin_by_voxels(const local_points& points, doubl
   return kept;
 }
 
-/// The same for points of the caller's: indices into `points`; points that are not finite do not stay.
-template <point_range R>
-std::vector<point_index> thin_by_voxels(const R& points, double voxel_size, const execution& exec = {}) {
-  const local_points local = import_points(points);
-  std::vector<point_index> kept = thin_by_voxels(local, voxel_size, exec);
-  for (point_index& i : kept) i = local.index[i];
-  return kept;
-}
 }  // namespace globalmatch::detail
