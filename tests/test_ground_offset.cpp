@@ -86,6 +86,19 @@ TEST_CASE("blocks that agree on nothing have no offset, and few that agree are e
   CHECK(found->offset == Approx(0.52));
 }
 
+TEST_CASE("planes have a height at places next to ground points, not in a hole or beyond") {
+  std::vector<vec3> ring;  // around (10, 3)
+  for (int i = 0; i < 200; ++i) {
+    const double angle = 0.1 * i, radius = 0.45 + 0.001 * i;
+    ring.push_back({10 + radius * std::cos(angle), 3 + radius * std::sin(angle), 0.2});
+  }
+  const ground_planes planes(ring);
+  CHECK_FALSE(planes.height_at(10, 3, 8));
+  REQUIRE(planes.height_at(10.2, 3, 8));
+  CHECK(*planes.height_at(10.2, 3, 8) == Approx(0.2));
+  CHECK_FALSE(planes.height_at(11.2, 3, 8));
+}
+
 TEST_CASE("points in a line make no plane") {
   std::vector<vec3> line;
   for (int i = 0; i < 400; ++i) line.push_back({0.05 * i, 3, 0.1});

@@ -97,6 +97,17 @@ TEST_CASE("stems of a scan whose ground was cut off say that their heights are n
   }
 }
 
+TEST_CASE("ground at height 0 of the scan is normalised, wherever the frame of the terrain lies") {
+  for (const double origin : {-7.0, 0.0, 3.0})
+    for (const double height : {0.0, 1.0}) {
+      terrain ground = with_ground(
+          20, [](int, int) { return 9; }, [&](int, int) { return height - origin; });
+      ground.frame.origin = {100, 200, origin};
+      determine_status(ground, 4);
+      CHECK((ground.status == ground_status::normalised) == (height == 0));
+    }
+}
+
 TEST_CASE("the uncertainty of heights falls with the ground that was seen, and is never 0") {
   CHECK(height_uncertainty(0, 0) > 1);
   for (std::uint32_t points = 0; points < 50; ++points) {

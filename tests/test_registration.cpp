@@ -112,6 +112,54 @@ TEST_CASE("register_maps registers the source to the target, refined unless icp 
   }
 }
 
+TEST_CASE("the height is that of the ground that both scans see, whatever the heights of the stems") {
+  random_source random(21);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+  const stem_map source = made_up_map(stems);
+  stem_map target = made_up_map(scenes::moved(truth, stems));
+  target.ground_samples = scenes::moved(truth, source.ground_samples);
+  for (stem& s : target.stems) s.position.z() += 0.6;  // of ground that shrubs hide
+  for (const Eigen::Vector3d& up : {Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0.1, 1).normalized()}) {
+    const Eigen::Isometry3d turned(Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), up));
+    stem_map turned_target = target;
+    turned_target.up = up;
+    turned_target.terrain.frame.rotation = levelling_rotation(from_eigen(up));
+    turned_target.ground_samples = scenes::moved(turned, target.ground_samples);
+    for (stem& s : turned_target.stems) s.position = turned * s.position;
+    const registration result = register_maps(source, turned_target, with_icp(icp_metric::none));
+    REQUIRE(result.outcome == outcome::registered);
+    CHECK(result.matching.vertical->source == vertical_source::ground);
+    CHECK(result.matching.vertical->sigma < 0.01);
+    CHECK(scenes::max_error(*result.target_from_source, turned * truth, source.ground_samples) < 0.01);
+    const Eigen::Isometry3d best = result.matching.hypotheses.front().target_from_source;
+    CHECK(scenes::max_error(best, *result.target_from_source, stems) < 1e-9);
+    REQUIRE(result.matching.uncertainty);
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& p : stems) center += best * p / double(stems.size());
+    CHECK((result.matching.uncertainty->center - center).norm() < 0.01);
+  }
+}
+
+TEST_CASE("icp leaves a height that is not known as it was") {
+  random_source random(22);
+  const positions stems = scenes::random_stems(random, 25, 25, 25);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+  stem_map source = made_up_map(stems), target = made_up_map(scenes::moved(truth, stems));
+  target.stem_samples = scenes::moved(truth, source.stem_samples);
+  for (Eigen::Vector3d& p : target.stem_samples) p += Eigen::Vector3d(0.004, 0, 0.012);
+  source.terrain.status = ground_status::none;
+  const registration coarse = register_maps(source, target, with_icp(icp_metric::none)),
+                     fine = register_maps(source, target, with_icp(icp_metric::point_to_point));
+  REQUIRE(fine.outcome == outcome::registered);
+  CHECK_FALSE(fine.matching.vertical->is_known());
+  REQUIRE(fine.icp);
+  const Eigen::Vector3d center = fine.matching.uncertainty->center,
+                        moved = fine.icp->target_from_source * coarse.target_from_source->inverse() * center;
+  CHECK(moved.x() - center.x() == Approx(0.004).margin(0.001));
+  CHECK(moved.z() == Approx(center.z()).margin(1e-9));
+}
+
 TEST_CASE("register_maps refines about the ups of the two maps, which may differ") {
   random_source random(2);
   const positions stems = scenes::random_stems(random, 25, 25, 25);

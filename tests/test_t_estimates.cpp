@@ -31,10 +31,14 @@ observation_kind heights_over_plane(double at_zero, double slope_x, double slope
 double log_likelihood(const observation_kind& kind, const small_vector& parameters, double scale) {
   double sum = 0;
   for (const observation& o : kind.of) {
-    double rest = o.coordinates[0].right;
-    for (std::size_t k = 0; k < 6; ++k) rest -= o.coordinates[0].row[k] * parameters[k];
-    const double r = rest / (o.relative * scale);
-    sum -= std::log(scale) + 2 * std::log(1 + r * r / 3);
+    const auto n = double(kind.dimensions);
+    double squares = 0;
+    for (std::size_t d = 0; d < kind.dimensions; ++d) {
+      double rest = o.coordinates[d].right;
+      for (std::size_t k = 0; k < 6; ++k) rest -= o.coordinates[d].row[k] * parameters[k];
+      squares += std::pow(rest / (o.relative * scale), 2);
+    }
+    sum -= n * std::log(scale) + (3 + n) / 2 * std::log(1 + squares / 3);
   }
   return sum;
 }
@@ -67,6 +71,19 @@ TEST_CASE("no parameters and no scale around the estimate are more likely") {
       CHECK(log_likelihood(kinds[0], moved, e.scale) < best);
     }
   }
+}
+
+TEST_CASE("of observations of two coordinates no scale around the estimate is more likely") {
+  random_source random(9);
+  observation_kind kinds[] = {{.dimensions = 2}};
+  for (int i = 0; i < 80; ++i)
+    kinds[0].of.push_back({{{{{1, 0, 0, 0, 0, 0}, 3 + 0.2 * random.normal()},
+                             {{0, 1, 0, 0, 0, 0}, -2 + 0.2 * random.normal()}}},
+                           uniform(random, 0.5, 2)});
+  const t_estimate e = estimate_by_t(kinds, 6, 1e-4);
+  const double best = log_likelihood(kinds[0], e.parameters, e.scale);
+  CHECK(best == Approx(e.log_likelihood));
+  for (const double by : {0.98, 1.02}) CHECK(log_likelihood(kinds[0], e.parameters, e.scale * by) < best);
 }
 
 TEST_CASE("kinds of observations share parameters, each with a scale of its own") {

@@ -166,6 +166,61 @@ TEST_CASE("axes tell the rotation where the ground is flat") {
   CHECK(fit_vertical(without_axes, pair.maps, true).fit.kind == vertical_kind::sloping);
 }
 
+TEST_CASE("axes that heights contradict, or heights of no ground, are no rotation") {
+  random_source random(18);
+  const Eigen::Isometry3d tilted(Eigen::AngleAxisd(3 * degree, Eigen::Vector3d(1, 2, 0).normalized()));
+  const auto with_tilted_axes = [&](const scenes::positions& from, const scenes::positions& to) {
+    matched_maps pair(from, to, truth);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+      const Eigen::Vector3d axis =
+          Eigen::Vector3d(0.02 * random.normal(), 0.02 * random.normal(), 1).normalized();
+      pair.source.axis.push_back(from_eigen(Eigen::Vector3d(tilted * axis)));
+      pair.target.axis.push_back(from_eigen(Eigen::Vector3d(truth.linear() * axis)));
+    }
+    return pair;
+  };
+  scenes::positions flat;
+  for (int i = 0; i < 40; ++i)
+    flat.push_back({uniform(random, 0, 40), uniform(random, 0, 30), 0.02 * random.normal()});
+  matched_maps level = with_tilted_axes(scenes::noisy(flat, 0.01, random), scenes::moved(truth, flat));
+  const local_vertical_fit by_heights = fit_vertical(level.h, level.maps, true);
+  CHECK(by_heights.fit.kind == vertical_kind::level);
+  CHECK(by_heights.fit.is_known());
+
+  scenes::positions of_trees = scenes::moved(tilted, flat);
+  for (Eigen::Vector3d& p : of_trees) p.z() += uniform(random, 12, 30);
+  matched_maps trees = with_tilted_axes(of_trees, scenes::moved(truth, flat));
+  CHECK_FALSE(fit_vertical(trees.h, trees.maps, true).fit.is_known());
+}
+
+TEST_CASE("what stems have in common of the uncertainty of their heights does not average out") {
+  const scenes::positions stems = stems_of(19);
+  matched_maps pair(stems, scenes::moved(truth, stems), with_wrong_height());
+  pair.source.height_sigma.assign(stems.size(), 0.5);
+  const local_vertical_fit result = fit_vertical(pair.h, pair.maps, true);
+  CHECK(result.fit.kind == vertical_kind::level);
+  CHECK(result.fit.sigma == Approx(std::sqrt(0.1) * 0.5).epsilon(0.05));
+}
+
+TEST_CASE("the height of a map that slopes is as uncertain as the slope makes it at the stems") {
+  random_source random(20);
+  scenes::positions along;  // a band from south-west to north-east
+  for (int i = 0; i < 40; ++i) {
+    const double s = uniform(random, 0, 40);
+    along.push_back({s + uniform(random, -2, 2), s + uniform(random, -2, 2), uniform(random, -1, 1)});
+  }
+  for (const double direction : {1.0, -1.0}) {
+    scenes::positions drifting = along;
+    for (Eigen::Vector3d& p : drifting)
+      p.z() += std::tan(3 * degree) * (p.x() + direction * p.y()) / std::sqrt(2);
+    matched_maps pair(drifting, along, scenes::transform_of_scene::Identity());
+    const local_vertical_fit result = fit_vertical(pair.h, pair.maps, true);
+    REQUIRE(result.fit.kind == vertical_kind::sloping);
+    // Stems are 16 m from the middle along the band, 1.2 m across it (root mean squares).
+    CHECK(result.fit.sigma == Approx(std::tan(3 * degree) * (direction > 0 ? 16 : 1.2)).epsilon(0.3));
+  }
+}
+
 TEST_CASE("a caller who forces four degrees of freedom gets no rotation") {
   const scenes::positions stems = stems_of(14);
   const Eigen::Isometry3d tilted(Eigen::AngleAxisd(4 * degree, Eigen::Vector3d::UnitX()));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -47,17 +48,15 @@ inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& sou
           h.consensus};
 }
 
-/// Refits a hypothesis at each finer threshold, from the transform of the coarser one, and keeps the one of
-/// the smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform off the
-/// place where most fit closely. Not for so many pairs that a few have no say.
-inline void refine_threshold(local_hypothesis& best, const position_evidence& positions,
+/// Refits a hypothesis at each threshold below `coarsest`, from the transform of the coarser one, and keeps
+/// the one of the smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform
+/// off the place where most fit closely, and a few at a fine one off the place where many more do.
+inline void refine_threshold(local_hypothesis& best, double coarsest, const position_evidence& positions,
                              const matching_context& context) {
-  constexpr std::size_t max_pairs = 4096;
-  if (best.correspondences.size() > max_pairs) return;
   local_hypothesis finer = best;
   const auto thresholds = positions.pairing();
   for (std::size_t i = thresholds.size(); i-- > 0;) {
-    if (thresholds[i] >= best.inlier_threshold) continue;
+    if (thresholds[i] >= coarsest) continue;
     finer.inlier_threshold = thresholds[i];
     finer.correspondences = context.pair_stems(finer.target_from_source, thresholds[i]);
     if (finer.correspondences.size() < min_robust_pairs) return;
@@ -80,7 +79,10 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   const evidence_score scored = positions.score(best);
   best.log10_nfa = scored.log10_nfa;
   best.log10_nfa_poisson = scored.log10_nfa_poisson;
-  refine_threshold(best, positions, context);
+  constexpr std::size_t max_pairs = 4096;  // of more, a few that are wrong have no say
+  if (best.correspondences.size() <= max_pairs)
+    for (const double coarsest : {best.inlier_threshold, std::numeric_limits<double>::infinity()})
+      refine_threshold(best, coarsest, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
   for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
