@@ -130,22 +130,17 @@ TEST_CASE("merging does not depend on the order of fragments of different size")
   CHECK(forwards[0].support == backwards[0].support);
 }
 
-TEST_CASE("a stem is the surer the more height it fills, the clearer it stands and the better it is placed") {
-  stem_cylinder faint;
-  faint.filled_height = 1.4;
-  faint.surface_share = 0.7;
-  for (std::size_t i = 0; i < 6; ++i) faint.covariance(i, i) = 1e-4;
-  stem_cylinder high = faint, clear = faint, sure = faint, all = faint;
-  high.filled_height = all.filled_height = 2.8;
-  clear.surface_share = all.surface_share = 1;
-  for (double& number : sure.covariance.numbers) number /= 100;
-  all.covariance = sure.covariance;
-  for (const stem_cylinder& better : {high, clear, sure}) {
-    CHECK(stem_quality(better) > stem_quality(faint));
-    CHECK(stem_quality(all) > stem_quality(better));
+TEST_CASE("cylinders that are less likely a stem than asked for are left out, others stay in their order") {
+  stem_cylinders found;
+  for (const double quality : {0.9, 0.2, 0.5, 0.4999}) {
+    found.stems.push_back(without_support(upright(5, 5, 1, 0.1)));
+    found.stems.back().quality = quality;
   }
-  CHECK(stem_quality(all) < 1);
-  CHECK(stem_quality(stem_cylinder{}) > 0);
+  CHECK(drop_unlikely(found, 0) == 4);
+  CHECK(drop_unlikely(found, 0.5) == 2);
+  REQUIRE(found.stems.size() == 2);
+  CHECK(found.stems[0].quality == 0.9);
+  CHECK(found.stems[1].quality == 0.5);
 }
 
 TEST_CASE("stems are in the frame of the scan, ordered by position, with the indices of the scan") {

@@ -51,6 +51,7 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
   stem_cylinders found =
       find_stem_cylinders(vertical.understory, vertical.clusters, vertical.fitter(), options.stems, exec);
   count_cylinders(vertical.clusters, found, map);
+  map.funnel.likely = drop_unlikely(found, options.min_quality);
 
   // Stem positions: where the axes meet the terrain
   auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
