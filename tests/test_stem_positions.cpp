@@ -143,6 +143,31 @@ TEST_CASE("cylinders that are less likely a stem than asked for are left out, ot
   CHECK(found.stems[1].quality == 0.5);
 }
 
+TEST_CASE("no stem is found twice: of cylinders that stand in each other the better one stays") {
+  const terrain ground = sloped_terrain({});
+  for (const double apart : {0.015, 0.15, 0.19}) {
+    std::vector<stem_cylinder> stems = {without_support(upright(10, 10, 1, 0.1)),
+                                        without_support(upright(10 + apart, 10, 1, 0.1))};
+    stems[0].quality = 0.7;
+    stems[1].quality = 0.9;
+    drop_second_finds(stems, ground);
+    REQUIRE(stems.size() == 1);
+    CHECK(stems[0].quality == 0.9);
+  }
+}
+
+TEST_CASE("stems whose surfaces do not meet stay, also where they lean over each other above") {
+  const terrain ground = sloped_terrain({});
+  std::vector<stem_cylinder> stems = {
+      without_support(upright(10, 10, 1, 0.1)), without_support(upright(10.21, 10, 1, 0.1)),
+      without_support(leaning(12, 10, 0, 0.1, 12, 0)), without_support(leaning(12.9, 10, 0, 0.1, 12, 180))};
+  drop_second_finds(stems, ground);
+  CHECK(stems.size() == 4);
+  stems.push_back(without_support(upright(500, 10, 1, 0.1)));  // beyond the terrain
+  drop_second_finds(stems, ground);
+  CHECK(stems.size() == 4);
+}
+
 TEST_CASE("stems are in the frame of the scan, ordered by position, with the indices of the scan") {
   random_source random(6);
   terrain ground = sloped_terrain({});

@@ -57,6 +57,7 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
   auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
   refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
                           exec);
+  drop_second_finds(stems, map.terrain);
   map.stems = locate_stems(stems, understory, map.terrain, exec);
   map.funnel.stems = map.stems.size();
   map.upright = upright_of(axes_of(map.stems));

@@ -81,6 +81,33 @@ inline std::size_t drop_unlikely(stem_cylinders& found, double min_quality) {
   return found.stems.size();
 }
 
+/// Whether two cylinders cannot both be stems: they are of one, or their surfaces meet at breast height.
+inline bool stand_in_each_other(const stem_fragment& a, const stem_fragment& b) {
+  const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
+  const double z = a.ground_height + breast_height;
+  return are_of_one_stem(a, b) ||
+         (ca.at_height(z) - cb.at_height(z)).norm() < ca.radius_at_height(z) + cb.radius_at_height(z);
+}
+
+/// Leaves out cylinders that stand in one of higher quality: fragments that came together when they were
+/// refitted, and surfaces beside a stem. Cylinders that do not meet the terrain are left out as well.
+inline void drop_second_finds(std::vector<stem_cylinder>& stems, const terrain& ground) {
+  std::stable_sort(stems.begin(), stems.end(),
+                   [](const stem_cylinder& a, const stem_cylinder& b) { return a.quality > b.quality; });
+  std::vector<stem_fragment> kept;
+  for (stem_cylinder& stem : stems) {
+    poll_cancelled();
+    const auto base = intersect_terrain(stem.cylinder, ground);
+    if (!base) continue;
+    stem_fragment next{std::move(stem), base->z};
+    if (std::none_of(kept.begin(), kept.end(),
+                     [&](const stem_fragment& better) { return stand_in_each_other(better, next); }))
+      kept.push_back(std::move(next));
+  }
+  stems.clear();
+  for (stem_fragment& fragment : kept) stems.push_back(std::move(fragment.stem));
+}
+
 /// The indices in the scan of some points, increasing.
 inline std::vector<point_index> in_scan_order(const std::vector<point_index>& chosen,
                                               const local_points& points) {
