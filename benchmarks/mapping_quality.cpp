@@ -219,8 +219,8 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
     std::size_t finds = 0, true_finds = 0;
   };
   std::vector<bin> bins;
-  for (const double max_quality : {0.8, 0.9, 0.95, 0.98, 0.99, 1.0})
-    bins.push_back({.max_quality = max_quality});
+  for (int tenths = 1; tenths <= 10; ++tenths) bins.push_back({.max_quality = 0.1 * tenths});
+  bins.back().max_quality = 1;
   std::size_t all = 0, horizontal = 0, height_1 = 0, height_2 = 0, radius_1 = 0, radius_2 = 0;
   for (const mapped_scan& s : scans) {
     for (const scored_find& f : s.decided) {
@@ -242,8 +242,9 @@ void print_calibration(std::ostream& out, const std::vector<mapped_scan>& scans)
   out << "\n| quality up to | stems | mean quality [%] | true [%] |\n|---|---|---|---|\n"
       << std::setprecision(1);
   for (const bin& b : bins)
-    out << "| " << std::setprecision(2) << b.max_quality << std::setprecision(1) << " | " << b.finds << " | "
-        << 100 * b.sum / double(b.finds) << " | " << percent(b.true_finds, b.finds) << " |\n";
+    if (b.finds > 0)
+      out << "| " << b.max_quality << " | " << b.finds << " | " << 100 * b.sum / double(b.finds) << " | "
+          << percent(b.true_finds, b.finds) << " |\n";
   out << "\nOf " << all << " true finds the horizontal error is within the 95 % ellipse for "
       << percent(horizontal, all) << " %; in height within one standard deviation for "
       << percent(height_1, all) << " %, two " << percent(height_2, all) << " %; of the radius "

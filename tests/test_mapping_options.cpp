@@ -63,6 +63,7 @@ TEST_CASE("numbers of mapping options lie in their ranges, ends included") {
   require_range("stems.min_filled", 0, 1, [](auto& o, double v) { o.stems.min_filled = v; });
   require_range("stems.min_share", 0, 1, [](auto& o, double v) { o.stems.min_share = v; });
   require_range("stems.max_inside", 0, 1, [](auto& o, double v) { o.stems.max_inside = v; });
+  require_range("min_quality", 0, 1, [](auto& o, double v) { o.min_quality = v; });
   require_range("voxel_size", 1e-4, 10, [](auto& o, double v) { o.voxel_size = v; });
   require_range("link_distance", 1e-4, 1000, [](auto& o, double v) { o.link_distance = v; });
 }

@@ -117,6 +117,46 @@ TEST_CASE("the rms of a stem is that of its support, and its covariance grows wi
   CHECK(found->covariance(4, 4) / rough->covariance(4, 4) == Approx(1).epsilon(0.25));
 }
 
+TEST_CASE("a stem is the surer the higher, the clearer, the smoother and the thinner it is") {
+  constexpr double tolerance = 0.02;
+  stem_cylinder faint;
+  faint.filled_height = 1.4;
+  faint.surface_share = 0.7;
+  faint.rms = tolerance / std::sqrt(3.0);  // points fill the tolerance evenly, as leaves do
+  faint.cylinder.radius = 0.25;
+  stem_cylinder high = faint, clear = faint, smooth = faint, thin = faint, all = faint;
+  high.filled_height = all.filled_height = 2.8;
+  clear.surface_share = all.surface_share = 1;
+  smooth.rms = all.rms = tolerance / 3;
+  thin.cylinder.radius = all.cylinder.radius = 0.08;
+  for (const stem_cylinder& better : {high, clear, smooth, thin}) {
+    CHECK(stem_quality(better, tolerance) > stem_quality(faint, tolerance));
+    CHECK(stem_quality(all, tolerance) > stem_quality(better, tolerance));
+  }
+  CHECK(stem_quality(all, tolerance) < 1);
+  CHECK(stem_quality(all, tolerance) > 0.99);
+  CHECK(stem_quality(faint, tolerance) < 0.01);
+  CHECK(stem_quality(faint, tolerance) > 0);
+}
+
+TEST_CASE("a scored stem carries its quality, which is low among leaves that fill the space around") {
+  const stem_scene scene(600);
+  const auto found = scene.score();
+  REQUIRE(found);
+  CHECK(found->quality == stem_quality(*found, 0.02));
+  CHECK(found->quality > 0.9);
+  stem_scene leaves(0);
+  random_source random(34);
+  for (int i = 0; i < 600; ++i) {
+    cylinder other = leaves.stem;
+    other.radius += 0.12 * random.uniform() - 0.03;
+    leaves.points.push_back(points_on(other, 1, -0.95, 0.95, 4, random).front());
+  }
+  const auto doubtful = leaves.score({.min_share = 0, .max_inside = 1, .max_sigma = 1});
+  REQUIRE(doubtful);
+  CHECK(doubtful->quality < 0.1);
+}
+
 TEST_CASE("there is no stem where there are no points, or hardly any") {
   CHECK_FALSE(stem_scene(0).score());
   CHECK_FALSE(stem_scene(1).score());

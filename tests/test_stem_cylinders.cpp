@@ -133,10 +133,12 @@ TEST_CASE("what is too low, too thinly filled, or seen too little around is no s
   random_source random(4);
   const cylinder truth = upright(0, 0, 0, 0.1);
   const one_cluster low(scenes::stem_points(random, truth, 1000, {.to = 1.2, .noise = 0.003}));
-  CHECK(low.find().stems.empty());
+  CHECK(low.find().stems.size() == 1);
   stem_cylinder_options options;
-  options.min_height = 1;
-  CHECK(low.find(options).stems.size() == 1);
+  options.min_height = 1.4;
+  CHECK(low.find(options).stems.empty());
+  const one_cluster stump(scenes::stem_points(random, truth, 1000, {.to = 0.6, .noise = 0.003}));
+  CHECK(stump.find().stems.empty());
 
   const one_cluster sliver(scenes::stem_points(random, truth, 300, {.arc = 0.5, .noise = 0.005}));
   CHECK(sliver.find().stems.empty());

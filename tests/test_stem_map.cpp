@@ -158,10 +158,11 @@ TEST_CASE("the funnel of mapping hangs together: what a step is given is what an
   f.thinned = 200;
   f.stem_points = 50;
   f.clusters = 9;
-  f.cylinders = 7;
+  f.cylinders = 8;
+  f.likely = 7;
   f.stems = 6;
   const auto steps = explain(f);
-  REQUIRE(steps.size() == 8);
+  REQUIRE(steps.size() == 9);
   CHECK(steps.front().in == 1000);
   CHECK(steps.back().out == 6);
   for (std::size_t i = 3; i < steps.size(); ++i) CHECK(steps[i].in == steps[i - 1].out);

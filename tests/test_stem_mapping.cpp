@@ -303,6 +303,8 @@ TEST_CASE("the funnel counts what each step left") {
   CHECK(funnel.stem_points > 5000);
   CHECK(funnel.clusters >= 6);
   CHECK(funnel.cylinders >= 6);
+  CHECK(funnel.likely <= funnel.cylinders);
+  CHECK(funnel.likely >= funnel.stems);
   CHECK(funnel.stems == map.stems.size());
   CHECK(map.spacing_near > 0);
   CHECK(map.spacing_near <= map.spacing_far);
@@ -337,6 +339,22 @@ TEST_CASE("a scan without stems has an empty map and a funnel that says where th
     CHECK(map.funnel.ground.points == scan.size());
     CHECK(map.funnel.stems == 0);
   }
+}
+
+TEST_CASE("no stem of a map is less likely one than asked for, and an empty map says that this is why") {
+  const plot truth(11);
+  mapping_options options;
+  options.min_quality = 1;
+  const stem_map none = map_stems(truth.scan, options);
+  CHECK(none.stems.empty());
+  CHECK(none.stem_samples.empty());
+  CHECK(none.funnel.cylinders >= 6);
+  CHECK(none.funnel.likely == 0);
+  const std::string reason = detail::where_lost(explain(none.funnel), 1);
+  CHECK(reason.starts_with("quality: 0 likely stems of "));
+  CHECK(reason.find("min_quality") != std::string::npos);
+  options.min_quality = 0.9;
+  for (const stem& s : map_stems(truth.scan, options).stems) CHECK(s.quality >= 0.9);
 }
 
 TEST_CASE("every stage of the mapping reports, and each can cancel it") {

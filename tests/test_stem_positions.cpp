@@ -130,22 +130,42 @@ TEST_CASE("merging does not depend on the order of fragments of different size")
   CHECK(forwards[0].support == backwards[0].support);
 }
 
-TEST_CASE("a stem is the surer the more height it fills, the clearer it stands and the better it is placed") {
-  stem_cylinder faint;
-  faint.filled_height = 1.4;
-  faint.surface_share = 0.7;
-  for (std::size_t i = 0; i < 6; ++i) faint.covariance(i, i) = 1e-4;
-  stem_cylinder high = faint, clear = faint, sure = faint, all = faint;
-  high.filled_height = all.filled_height = 2.8;
-  clear.surface_share = all.surface_share = 1;
-  for (double& number : sure.covariance.numbers) number /= 100;
-  all.covariance = sure.covariance;
-  for (const stem_cylinder& better : {high, clear, sure}) {
-    CHECK(stem_quality(better) > stem_quality(faint));
-    CHECK(stem_quality(all) > stem_quality(better));
+TEST_CASE("cylinders that are less likely a stem than asked for are left out, others stay in their order") {
+  stem_cylinders found;
+  for (const double quality : {0.9, 0.2, 0.5, 0.4999}) {
+    found.stems.push_back(without_support(upright(5, 5, 1, 0.1)));
+    found.stems.back().quality = quality;
   }
-  CHECK(stem_quality(all) < 1);
-  CHECK(stem_quality(stem_cylinder{}) > 0);
+  CHECK(drop_unlikely(found, 0) == 4);
+  CHECK(drop_unlikely(found, 0.5) == 2);
+  REQUIRE(found.stems.size() == 2);
+  CHECK(found.stems[0].quality == 0.9);
+  CHECK(found.stems[1].quality == 0.5);
+}
+
+TEST_CASE("no stem is found twice: of cylinders that stand in each other the better one stays") {
+  const terrain ground = sloped_terrain({});
+  for (const double apart : {0.015, 0.15, 0.19}) {
+    std::vector<stem_cylinder> stems = {without_support(upright(10, 10, 1, 0.1)),
+                                        without_support(upright(10 + apart, 10, 1, 0.1))};
+    stems[0].quality = 0.7;
+    stems[1].quality = 0.9;
+    drop_second_finds(stems, ground);
+    REQUIRE(stems.size() == 1);
+    CHECK(stems[0].quality == 0.9);
+  }
+}
+
+TEST_CASE("stems whose surfaces do not meet stay, also where they lean over each other above") {
+  const terrain ground = sloped_terrain({});
+  std::vector<stem_cylinder> stems = {
+      without_support(upright(10, 10, 1, 0.1)), without_support(upright(10.21, 10, 1, 0.1)),
+      without_support(leaning(12, 10, 0, 0.1, 12, 0)), without_support(leaning(12.9, 10, 0, 0.1, 12, 180))};
+  drop_second_finds(stems, ground);
+  CHECK(stems.size() == 4);
+  stems.push_back(without_support(upright(500, 10, 1, 0.1)));  // beyond the terrain
+  drop_second_finds(stems, ground);
+  CHECK(stems.size() == 4);
 }
 
 TEST_CASE("stems are in the frame of the scan, ordered by position, with the indices of the scan") {

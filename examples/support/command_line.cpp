@@ -24,6 +24,9 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->expected(3)
       ->type_name("X,Y,Z");
   app.add_option("--seed", seed, "seed of the random numbers")->capture_default_str();
+  app.add_option("--min-quality", min_quality, "what is less likely to be a stem is left out; 0 keeps all")
+      ->check(CLI::Range(0.0, 1.0))
+      ->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
   app.add_flag("--keep-noise", keep_noise, "read LAS points that are marked as noise or withheld, too");
   app.add_flag("--normalized", normalized, "heights are above the ground already, which may be missing");
@@ -70,6 +73,7 @@ mapping_options shared_options::for_mapping() const {
                      : vertical == "stems" ? vertical_rule::stems
                                            : vertical_rule::stems_if_tilted;
   options.stems.cylinder.seed = seed;
+  options.min_quality = min_quality;
   return options;
 }
 

@@ -138,8 +138,8 @@ struct stem_cylinder_options {
   cylinder_options cylinder = {.usual_taper = 0.005};
   double column_width = 0.25;  ///< [m] a stem is first looked for in a column of this width
   int min_points = 15;         ///< on the surface of a stem
-  double min_height = 1.4;     ///< [m] that these points fill, in steps of 0.1 m:
-                               ///< half the understory layer
+  double min_height = 0.8;     ///< [m] that these points fill, in steps of 0.1 m;
+                               ///< `min_quality` decides about low ones
   double min_filled = 0.6;     ///< share of the height from the lowest to the
                                ///< highest of them that they fill
   double min_share = 0.6;      ///< of the points in and within 0.1 m of a stem,
@@ -190,6 +190,7 @@ struct mapping_options {
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
+  double min_quality = 0.5;  ///< what is less likely to be a stem is left out (ours)
   vertical_rule vertical = vertical_rule::stems_if_tilted;
 };
 
@@ -201,6 +202,7 @@ inline void require_valid(const mapping_options& options) {
   require_valid(options.stems);
   detail::require(options.voxel_size >= 1e-4 && options.voxel_size <= 10,
                   "voxel_size must lie in [0.0001, 10] m");
+  detail::require(options.min_quality >= 0 && options.min_quality <= 1, "min_quality must lie in [0, 1]");
   detail::require(
       !options.link_distance || (*options.link_distance >= 1e-4 && *options.link_distance <= 1000),
       "link_distance must lie in [0.0001, 1000] m");

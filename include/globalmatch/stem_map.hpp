@@ -65,6 +65,7 @@ struct mapping_funnel {
   std::size_t stem_points = 0;  ///< of these vertical ones
   std::size_t clusters = 0;     ///< groups of stem points
   std::size_t cylinders = 0;    ///< found in them
+  std::size_t likely = 0;       ///< of these with a quality of `min_quality` and more
   std::size_t stems = 0;        ///< after merging and meeting the terrain
 };
 
@@ -91,7 +92,9 @@ inline std::vector<funnel_step> explain(const mapping_funnel& f) {
        "a scanner nearer to the stems, or a denser scan, is needed"},
       {"cylinders", "clusters", f.clusters, "cylinders", f.cylinders, "not like a stem",
        "a scanner nearer to the stems, or a denser scan, is needed"},
-      {"stem positions", "cylinders", f.cylinders, "stems", f.stems,
+      {"quality", "cylinders", f.cylinders, "likely stems", f.likely, "less likely a stem than `min_quality`",
+       "a scanner nearer to the stems, a denser scan, or a lower `min_quality` is needed"},
+      {"stem positions", "likely stems", f.likely, "stems", f.stems,
        "of one stem, or without terrain where their axes meet it", "ground must be seen around the stems"},
   };
 }

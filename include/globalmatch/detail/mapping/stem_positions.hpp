@@ -50,6 +50,7 @@ inline void absorb(stem_cylinder& whole, const stem_cylinder& part, const local_
   if (const auto refined = refine_cylinder(whole.cylinder, both, tolerance, options))
     whole.cylinder = *refined;
   whole.support = std::move(support);
+  whole.quality = std::max(whole.quality, part.quality);
 }
 
 /// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork) to the
@@ -74,14 +75,37 @@ inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const lo
   return stems;
 }
 
-/// Probability that a cylinder which looks like a stem is one: a logistic regression on the height that its
-/// points fill, their share of all points around, and how sure its place is. Ours, fitted to the tuning seeds
-/// of simulated scans (docs/deviations.md).
-inline double stem_quality(const stem_cylinder& found) {
-  constexpr double min_sigma = 1e-4;  // [m]
-  const double evidence = 2.37 * found.filled_height + 11.46 * found.surface_share -
-                          0.73 * std::log(axis_uncertainty(found.covariance) + min_sigma) - 16.14;
-  return 1 / (1 + std::exp(-evidence));
+/// Leaves out what is less likely a stem than `min_quality`. Returns how many are left.
+inline std::size_t drop_unlikely(stem_cylinders& found, double min_quality) {
+  std::erase_if(found.stems, [&](const stem_cylinder& s) { return s.quality < min_quality; });
+  return found.stems.size();
+}
+
+/// Whether two cylinders cannot both be stems: they are of one, or their surfaces meet at breast height.
+inline bool stand_in_each_other(const stem_fragment& a, const stem_fragment& b) {
+  const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
+  const double z = a.ground_height + breast_height;
+  return are_of_one_stem(a, b) ||
+         (ca.at_height(z) - cb.at_height(z)).norm() < ca.radius_at_height(z) + cb.radius_at_height(z);
+}
+
+/// Leaves out cylinders that stand in one of higher quality: fragments that came together when they were
+/// refitted, and surfaces beside a stem. Cylinders that do not meet the terrain are left out as well.
+inline void drop_second_finds(std::vector<stem_cylinder>& stems, const terrain& ground) {
+  std::stable_sort(stems.begin(), stems.end(),
+                   [](const stem_cylinder& a, const stem_cylinder& b) { return a.quality > b.quality; });
+  std::vector<stem_fragment> kept;
+  for (stem_cylinder& stem : stems) {
+    poll_cancelled();
+    const auto base = intersect_terrain(stem.cylinder, ground);
+    if (!base) continue;
+    stem_fragment next{std::move(stem), base->z};
+    if (std::none_of(kept.begin(), kept.end(),
+                     [&](const stem_fragment& better) { return stand_in_each_other(better, next); }))
+      kept.push_back(std::move(next));
+  }
+  stems.clear();
+  for (stem_fragment& fragment : kept) stems.push_back(std::move(fragment.stem));
 }
 
 /// The indices in the scan of some points, increasing.
@@ -126,7 +150,7 @@ inline std::optional<stem> locate_stem(const stem_cylinder& found, const local_p
       calibration * radius_uncertainty(found.covariance, base + breast_height / found.cylinder.axis.z),
       found.cylinder.taper * s.height_sigma);
   s.taper = found.cylinder.taper;
-  s.quality = stem_quality(found);
+  s.quality = found.quality;
   s.ground_seen = !is_false && ground.is_known(position->x, position->y);
   s.support = in_scan_order(found.support, points);
   return s;

@@ -50,11 +50,13 @@ GLOBALMATCH_INLINE stem_map find_stems(ground_model&& ground, understory_parts&&
   stem_cylinders found =
       find_stem_cylinders(vertical.understory, vertical.clusters, vertical.fitter(), options.stems, exec);
   count_cylinders(vertical.clusters, found, map);
+  map.funnel.likely = drop_unlikely(found, options.min_quality);
 
   // Stem positions: where the axes meet the terrain
   auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
   refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
                           exec);
+  drop_second_finds(stems, map.terrain);
   map.stems = locate_stems(stems, understory, map.terrain, exec);
   map.funnel.stems = map.stems.size();
   map.upright = upright_of(axes_of(map.stems));
