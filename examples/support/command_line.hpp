@@ -27,7 +27,7 @@ struct shared_options {
   std::vector<double> up = {0, 0, 1};
   std::vector<double> scanner;
   std::uint64_t seed = 1;
-  double min_quality = 0.5;
+  double min_quality = 0.6;
   bool no_verticality = false;
   bool normalized = false;
   bool keep_noise = false;

@@ -40,8 +40,8 @@ struct stem_cylinder {
 /// (docs/deviations.md).
 inline double stem_quality(const stem_cylinder& found, double tolerance) {
   const double relative_rms = found.rms / tolerance;
-  const double evidence = 2.72 * found.filled_height + 14.97 * found.surface_share -
-                          17.16 * relative_rms * relative_rms - 11.14 * found.cylinder.radius - 12.63;
+  const double evidence = 2.56 * found.filled_height + 13.27 * found.surface_share -
+                          11.67 * relative_rms * relative_rms - 10.06 * found.cylinder.radius - 11.63;
   return 1 / (1 + std::exp(-evidence));
 }
 
