@@ -42,6 +42,7 @@ class normalised_errors {
       above += squared > quantile;
     }
     friend std::ostream& operator<<(std::ostream& out, const component& c) {
+      if (c.count == 0) return out << "-";
       const double n = static_cast<double>(c.count);
       return out << std::fixed << std::setprecision(2) << std::sqrt(c.sum / n) << ", "
                  << 100 * static_cast<double>(c.above) / n << " % of " << c.count;

@@ -73,6 +73,7 @@ TEST_CASE("paper_options holds the values of the paper") {
   CHECK(options.mapping.verticality.radius == 0.10);
   CHECK(options.mapping.verticality.threshold == 0.9);
   CHECK_FALSE(options.mapping.stems.cylinder.usual_taper);
+  CHECK(options.mapping.min_quality == 0);
   CHECK(options.matching.triangles.neighbors == 20);
   CHECK(options.matching.inlier_threshold == 0.05);
   CHECK(options.matching.dof == degrees_of_freedom::four);

@@ -139,6 +139,20 @@ TEST_CASE("a stem is the surer the higher, the clearer, the smoother and the thi
   CHECK(stem_quality(faint, tolerance) > 0);
 }
 
+TEST_CASE("stems thicker than those that the quality was fitted to are no less likely") {
+  stem_cylinder thick;
+  thick.filled_height = 2;
+  thick.surface_share = 0.9;
+  thick.rms = 0.01;
+  thick.cylinder.radius = 0.3;
+  const double fitted = stem_quality(thick, 0.03);
+  CHECK(fitted > 0.8);
+  for (const double radius : {0.5, 0.8}) {
+    thick.cylinder.radius = radius;
+    CHECK(stem_quality(thick, 0.03) == fitted);
+  }
+}
+
 TEST_CASE("a scored stem carries its quality, which is low among leaves that fill the space around") {
   const stem_scene scene(600);
   const auto found = scene.score();

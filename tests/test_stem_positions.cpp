@@ -150,7 +150,7 @@ TEST_CASE("no stem is found twice: of cylinders that stand in each other the bet
                                         without_support(upright(10 + apart, 10, 1, 0.1))};
     stems[0].quality = 0.7;
     stems[1].quality = 0.9;
-    drop_second_finds(stems, ground);
+    drop_duplicates(stems, ground);
     REQUIRE(stems.size() == 1);
     CHECK(stems[0].quality == 0.9);
   }
@@ -161,10 +161,10 @@ TEST_CASE("stems whose surfaces do not meet stay, also where they lean over each
   std::vector<stem_cylinder> stems = {
       without_support(upright(10, 10, 1, 0.1)), without_support(upright(10.21, 10, 1, 0.1)),
       without_support(leaning(12, 10, 0, 0.1, 12, 0)), without_support(leaning(12.9, 10, 0, 0.1, 12, 180))};
-  drop_second_finds(stems, ground);
+  drop_duplicates(stems, ground);
   CHECK(stems.size() == 4);
   stems.push_back(without_support(upright(500, 10, 1, 0.1)));  // beyond the terrain
-  drop_second_finds(stems, ground);
+  drop_duplicates(stems, ground);
   CHECK(stems.size() == 4);
 }
 

@@ -125,6 +125,21 @@ TEST_CASE("a rotated scan whose stems know their heights badly has no known heig
   CHECK((*unknown.covariance)(2, 2) == Approx(1e6));
 }
 
+TEST_CASE("a 6-DoF hypothesis has the uncertainty that its stems' heights have in common") {
+  const scenes::positions stems = stems_of(11);
+  const auto fit_with = [&](double height_sigma) {
+    matched_maps pair(stems, scenes::moved(truth, stems), truth);
+    pair.target.height_sigma.assign(stems.size(), height_sigma);
+    return fit_of_rotated(pair.h, pair.maps).fit;
+  };
+  CHECK(fit_with(0).is_known());
+  CHECK(fit_with(0).sigma == 0);
+  CHECK(fit_with(0.5).is_known());
+  CHECK(fit_with(0.5).sigma == Approx(std::sqrt(0.1) * 0.5));
+  CHECK_FALSE(fit_with(2).is_known());
+  CHECK(fit_with(2).kind == vertical_kind::rotated);
+}
+
 TEST_CASE("heights that slope while stems fit in plan are wrong heights") {
   random_source random(12);
   const scenes::positions stems = stems_of(12);

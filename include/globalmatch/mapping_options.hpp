@@ -190,7 +190,9 @@ struct mapping_options {
   /// value). Empty: three times the spacing of points at hand, at least 0.05.
   std::optional<double> link_distance = {};
   stem_cylinder_options stems = {};
-  double min_quality = 0.6;  ///< what is less likely to be a stem is left out (ours)
+  /// What is less likely to be a stem is left out (ours). A thin `understory` layer fills less height, and
+  /// needs a lower one.
+  double min_quality = 0.6;
   vertical_rule vertical = vertical_rule::stems_if_tilted;
 };
 

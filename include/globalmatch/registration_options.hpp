@@ -32,6 +32,7 @@ inline registration_options paper_options() {
   options.mapping.verticality.radius = 0.10;
   options.mapping.verticality.threshold = 0.9;
   options.mapping.stems.cylinder.usual_taper.reset();
+  options.mapping.min_quality = 0;
   options.matching.triangles.neighbors = 20;
   options.matching.inlier_threshold = 0.05;
   options.matching.proposal = proposal::algorithm_1;

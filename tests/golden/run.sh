@@ -42,7 +42,7 @@ for program in "${programs[@]}"; do
     continue
   fi
   build/release/tests/"$program" "$clouds" >"$digests"
-  if $update; then
+  if $update && [ "$program" != matching_digest_compiled ]; then
     mkdir -p "$known" && cp "$digests" "$known/$name.txt"
   elif [ ! -f "$known/$name.txt" ]; then
     echo "$name: skipped, no digests are known for $key; $0 --update writes them"

@@ -13,8 +13,8 @@
 namespace globalmatch::detail {
 
 /// Last argument of the functions that are compiled once, so that their names differ where their code does: a
-/// library compiled for other processors than its user, where Eigen aligns results otherwise, does not link;
-/// and parts of a program that include headers only keep their own.
+/// library compiled for other processors than its user, where Eigen aligns results otherwise, does not link.
+/// A program uses one mode.
 template <int EigenAlignment, bool Compiled>
 struct mode {};
 

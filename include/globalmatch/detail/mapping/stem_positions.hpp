@@ -29,6 +29,37 @@ struct stem_fragment {
   double ground_height;
 };
 
+/// Fragments, and where their axes meet the ground: most are far from each other, and need no further look.
+class stem_fragments {
+ public:
+  void push_back(stem_fragment&& fragment, const vec3& base) {
+    fragments_.push_back(std::move(fragment));
+    bases_.push_back(base.xy());
+  }
+
+  /// The first one near `base` for which `is_same(fragment)` holds, or null. Cost: linear in the fragments.
+  template <class Predicate>
+  stem_fragment* find_near(const vec3& base, const Predicate& is_same) {
+    // [m] Axes less than 30 degrees off the vertical do not meet beyond.
+    constexpr double max_distance = 15;
+    for (std::size_t i = 0; i < bases_.size(); ++i)
+      if ((bases_[i] - base.xy()).squared_norm() < max_distance * max_distance && is_same(fragments_[i]))
+        return &fragments_[i];
+    return nullptr;
+  }
+
+  std::vector<stem_cylinder> cylinders() && {
+    std::vector<stem_cylinder> stems;
+    stems.reserve(fragments_.size());
+    for (stem_fragment& fragment : fragments_) stems.push_back(std::move(fragment.stem));
+    return stems;
+  }
+
+ private:
+  std::vector<stem_fragment> fragments_;
+  std::vector<vec2> bases_;
+};
+
 /// Whether the axes of two cylinders come within the larger radius of each other on the ground or at a height
 /// where one of them was seen.
 inline bool are_of_one_stem(const stem_fragment& a, const stem_fragment& b) {
@@ -54,25 +85,22 @@ inline void absorb(stem_cylinder& whole, const stem_cylinder& part, const local_
 }
 
 /// Joins cylinders of one stem (its lower and its upper half, its two sides, the arms of a fork) to the
-/// better supported one. Cylinders that do not meet the terrain are left out.
+/// better supported one. Cylinders that do not meet the terrain are left out. Cost: a distance for each two.
 inline std::vector<stem_cylinder> merge_fragments(stem_cylinders found, const local_points& understory,
                                                   const terrain& ground, const cylinder_options& options) {
-  std::vector<stem_fragment> merged;
+  stem_fragments merged;
   for (const std::uint32_t k : by_decreasing_support(found.stems)) {
     poll_cancelled();
     const auto base = intersect_terrain(found.stems[k].cylinder, ground);
     if (!base) continue;
     stem_fragment fragment{std::move(found.stems[k]), base->z};
-    std::size_t whole = 0;
-    while (whole < merged.size() && !are_of_one_stem(merged[whole], fragment)) ++whole;
-    if (whole < merged.size())
-      absorb(merged[whole].stem, fragment.stem, understory, found.distance_tolerance, options);
+    const auto is_same = [&](const stem_fragment& whole) { return are_of_one_stem(whole, fragment); };
+    if (stem_fragment* const whole = merged.find_near(*base, is_same))
+      absorb(whole->stem, fragment.stem, understory, found.distance_tolerance, options);
     else
-      merged.push_back(std::move(fragment));
+      merged.push_back(std::move(fragment), *base);
   }
-  std::vector<stem_cylinder> stems;
-  for (stem_fragment& fragment : merged) stems.push_back(std::move(fragment.stem));
-  return stems;
+  return std::move(merged).cylinders();
 }
 
 /// Leaves out what is less likely a stem than `min_quality`. Returns how many are left.
@@ -82,30 +110,29 @@ inline std::size_t drop_unlikely(stem_cylinders& found, double min_quality) {
 }
 
 /// Whether two cylinders cannot both be stems: they are of one, or their surfaces meet at breast height.
-inline bool stand_in_each_other(const stem_fragment& a, const stem_fragment& b) {
+inline bool overlap(const stem_fragment& a, const stem_fragment& b) {
   const cylinder &ca = a.stem.cylinder, &cb = b.stem.cylinder;
   const double z = a.ground_height + breast_height;
   return are_of_one_stem(a, b) ||
          (ca.at_height(z) - cb.at_height(z)).norm() < ca.radius_at_height(z) + cb.radius_at_height(z);
 }
 
-/// Leaves out cylinders that stand in one of higher quality: fragments that came together when they were
-/// refitted, and surfaces beside a stem. Cylinders that do not meet the terrain are left out as well.
-inline void drop_second_finds(std::vector<stem_cylinder>& stems, const terrain& ground) {
+/// Leaves out cylinders that overlap one of higher quality: fragments that came together when they were
+/// refitted, and surfaces beside a stem. Cylinders that do not meet the terrain are left out as well. Cost: a
+/// distance for each two.
+inline void drop_duplicates(std::vector<stem_cylinder>& stems, const terrain& ground) {
   std::stable_sort(stems.begin(), stems.end(),
                    [](const stem_cylinder& a, const stem_cylinder& b) { return a.quality > b.quality; });
-  std::vector<stem_fragment> kept;
+  stem_fragments kept;
   for (stem_cylinder& stem : stems) {
     poll_cancelled();
     const auto base = intersect_terrain(stem.cylinder, ground);
     if (!base) continue;
     stem_fragment next{std::move(stem), base->z};
-    if (std::none_of(kept.begin(), kept.end(),
-                     [&](const stem_fragment& better) { return stand_in_each_other(better, next); }))
-      kept.push_back(std::move(next));
+    if (!kept.find_near(*base, [&](const stem_fragment& better) { return overlap(better, next); }))
+      kept.push_back(std::move(next), *base);
   }
-  stems.clear();
-  for (stem_fragment& fragment : kept) stems.push_back(std::move(fragment.stem));
+  stems = std::move(kept).cylinders();
 }
 
 /// The indices in the scan of some points, increasing.

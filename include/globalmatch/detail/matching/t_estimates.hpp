@@ -62,9 +62,9 @@ struct t_estimate {
 
 /// Information [1 / unit^2] of one coordinate of an observation, whatever the distribution of residuals: that
 /// of an M-estimate (Huber 1964, Robust estimation of a location parameter, Annals of Mathematical Statistics
-/// 35). Where the scale is the smallest one the residuals do not tell; then by the weights.
+/// 35), and of few that of normal noise.
 inline double information_of(const observation_kind& kind, const small_vector& parameters, double min_scale) {
-  const auto n = double(kind.dimensions);
+  const auto n = double(kind.dimensions), count = double(kind.of.size());
   double weights = 0, squares = 0, slopes = 0;  // of the influence function
   for (const observation& o : kind.of) {
     const double square = kind.squared_residual(o, parameters), unit = square / (kind.scale * kind.scale);
@@ -73,8 +73,11 @@ inline double information_of(const observation_kind& kind, const small_vector& p
     squares += weight * weight * unit / n;
     slopes += weight * (1 - 2 * unit / n / (t_degrees + unit));
   }
-  const double of_all = kind.scale > min_scale ? slopes * slopes / squares : weights;
-  return of_all / (kind.scale * kind.scale * double(kind.of.size()));
+  const double of_normal = weights / (kind.dimensions == 1 ? 1.868 : 1.736);
+  if (!(kind.scale > min_scale)) return of_normal / (kind.scale * kind.scale * count);
+  constexpr double prior = 10;  // numbers; influences of fewer do not tell much
+  const double of_all = (prior * of_normal + count * n * slopes * slopes / squares) / (prior + count * n);
+  return of_all / (kind.scale * kind.scale * count);
 }
 
 inline small_matrix covariance_of(std::span<const observation_kind> kinds, std::size_t unknowns,

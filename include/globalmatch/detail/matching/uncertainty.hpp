@@ -72,6 +72,14 @@ class residual_adjustment {
   double squares_ = 0, coordinates_ = 0;
 };
 
+/// Adds to the variances of x and y what errors have in common and does not average out: stems are seen from
+/// the side of their scanner.
+inline void add_shared_variance(small_matrix& covariance) {
+  constexpr double shared_sigma = 5e-4;  // [m]
+  covariance(0, 0) += shared_sigma * shared_sigma;
+  covariance(1, 1) += shared_sigma * shared_sigma;
+}
+
 /// Uncertainty of a hypothesis' transform, least squares over its pairs, in the frames of `context`;
 /// residuals are taken for independent, and as large as `position_sigma` says, but for one factor, or alike.
 /// `vertical` gives that of the height in 4-DoF, and all of it where a scan is rotated. Nothing for fewer
@@ -82,8 +90,12 @@ inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h
   constexpr std::size_t minimum = 4;
   if (h.correspondences.size() < minimum) return std::nullopt;
   const bool four = context.dof == degrees_of_freedom::four;
-  if (vertical.covariance) return local_uncertainty{vertical.center, *vertical.covariance};
   local_uncertainty result;
+  if (vertical.covariance) {
+    result = {vertical.center, *vertical.covariance};
+    add_shared_variance(result.covariance);
+    return result;
+  }
   for (const correspondence& c : h.correspondences)
     result.center += h.target_from_source * context.source.at[c.source] / double(h.correspondences.size());
   const double unknown = unknown_variance(context, h);
@@ -98,6 +110,7 @@ inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h
   const small_matrix adjusted_covariance = adjustment.covariance();
   if (!four) {
     result.covariance = adjusted_covariance;
+    add_shared_variance(result.covariance);
     return result;
   }
   result.covariance.size = 4;  // the height has nothing to do with the rest
@@ -105,6 +118,7 @@ inline std::optional<local_uncertainty> uncertainty_of(const local_hypothesis& h
     for (std::size_t r = 0; r < 3; ++r)
       result.covariance(r < 2 ? r : 3, c < 2 ? c : 3) = adjusted_covariance(r, c);
   result.covariance(2, 2) = height_variance(vertical.fit);
+  add_shared_variance(result.covariance);
   return result;
 }
 

@@ -187,27 +187,6 @@ inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotate
   return std::pair(std::move(rotated), std::move(fit));
 }
 
-/// What the 6-DoF fit of a hypothesis says of its height.
-inline local_vertical_fit fit_of_rotated(const local_hypothesis& h, const matching_context& context) {
-  local_vertical_fit result;
-  result.fit.kind = vertical_kind::rotated;
-  result.fit.source = vertical_source::stems;
-  result.fit.tilt = std::acos(std::clamp(h.target_from_source.rotation(2, 2), -1.0, 1.0));
-  result.center = vertical_observations(context, h.correspondences).center(h.target_from_source);
-  return result;
-}
-
-/// Why the heights of the maps are no heights of the ground; empty where they may be.
-inline std::string describe_missing_heights(const matching_context& context, bool ignored) {
-  if (ignored) return "heights were ignored; that of the transform is a guess";
-  const bool source = context.source.has_heights, target = context.target.has_heights;
-  if (source && target) return {};
-  return std::string(source   ? "target has"
-                     : target ? "source has"
-                              : "source and target have") +
-         " no heights, or the same one everywhere; the height of the transform is a guess";
-}
-
 /// Variance [m^2] of a height. One that is not known has that of a kilometre, so that the covariance can be
 /// inverted.
 inline double height_variance(const vertical_fit& fit) {
@@ -231,11 +210,36 @@ inline void forget_height(local_vertical_fit& result) {
   if (result.covariance) (*result.covariance)(2, 2) = height_variance(result.fit);
 }
 
+/// What the 6-DoF fit of a hypothesis says of its height; `sigma` is what the heights of its stems have in
+/// common.
+inline local_vertical_fit fit_of_rotated(const local_hypothesis& h, const matching_context& context) {
+  const vertical_observations observations(context, h.correspondences);
+  local_vertical_fit result;
+  result.fit.kind = vertical_kind::rotated;
+  result.fit.source = vertical_source::stems;
+  result.fit.tilt = std::acos(std::clamp(h.target_from_source.rotation(2, 2), -1.0, 1.0));
+  result.fit.sigma = std::sqrt(shared_share * observations.known_height_variance());
+  result.center = observations.center(h.target_from_source);
+  if (observations.known_height_variance() > max_height_spread * max_height_spread) forget_height(result);
+  return result;
+}
+
+/// Why the heights of the maps are no heights of the ground; empty where they may be.
+inline std::string describe_missing_heights(const matching_context& context, bool ignored) {
+  if (ignored) return "heights were ignored; that of the transform is a guess";
+  const bool source = context.source.has_heights, target = context.target.has_heights;
+  if (source && target) return {};
+  return std::string(source   ? "target has"
+                     : target ? "source has"
+                              : "source and target have") +
+         " no heights, or the same one everywhere; the height of the transform is a guess";
+}
+
 /// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its
 /// height; where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its
 /// rotation. Not known are the heights of maps that have none, those that scatter by more than heights of the
-/// ground do, and those that the stems themselves know no better; the height is then that of the median, and
-/// the reason says why. Cost: linear in the pairs.
+/// ground do, and those that the stems themselves know no better; the height of the transform is then a guess,
+/// and the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
   const vertical_decision decision(context, h);
@@ -248,8 +252,9 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
     if (auto rotated = try_rotated(decision, h, context)) {
       h = std::move(rotated->first);
       result = std::move(rotated->second);
-      set_height_variance(result, (*result.covariance)(2, 2) + shared_share * decision.shared_variance());
-      if (decision.shared_variance() > max_height_spread * max_height_spread) forget_height(result);
+      const double known = vertical_observations(context, h.correspondences).known_height_variance();
+      set_height_variance(result, (*result.covariance)(2, 2) + shared_share * known);
+      if (known > max_height_spread * max_height_spread) forget_height(result);
       return result;
     }
   if (decision.spread() > max_height_spread ||

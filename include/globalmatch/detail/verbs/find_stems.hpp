@@ -56,7 +56,7 @@ GLOBALMATCH_INLINE stem_map find_stems(ground_model&& ground, understory_parts&&
   auto stems = merge_fragments(std::move(found), understory, map.terrain, options.stems.cylinder);
   refit_with_common_taper(stems, understory, map.terrain, map.distance_tolerance, options.stems.cylinder,
                           exec);
-  drop_second_finds(stems, map.terrain);
+  drop_duplicates(stems, map.terrain);
   map.stems = locate_stems(stems, understory, map.terrain, exec);
   map.funnel.stems = map.stems.size();
   map.upright = upright_of(axes_of(map.stems));

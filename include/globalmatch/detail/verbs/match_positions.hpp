@@ -79,12 +79,16 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   const evidence_score scored = positions.score(best);
   best.log10_nfa = scored.log10_nfa;
   best.log10_nfa_poisson = scored.log10_nfa_poisson;
+  const local_hypothesis before = best;
   constexpr std::size_t max_pairs = 4096;  // of more, a few that are wrong have no say
+  const double unbounded = std::numeric_limits<double>::infinity();
   if (best.correspondences.size() <= max_pairs)
-    for (const double coarsest : {best.inlier_threshold, std::numeric_limits<double>::infinity()})
-      refine_threshold(best, coarsest, positions, context);
+    refine_threshold(best, best.inlier_threshold, positions, context);
+  if (std::min(context.source.size(), context.target.size()) <= max_pairs)
+    refine_threshold(best, unbounded, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
+  alternatives.push_back(before);
   for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
   hypotheses.clear();
   hypotheses.push_back(std::move(best));
@@ -173,8 +177,11 @@ inline void conclude(matching& result, std::vector<local_hypothesis>&& hypothese
     if (const auto local = uncertainty_of(best, context, vertical))
       result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
     result.vertical.emplace(vertical.fit);
-    if (options.dof == degrees_of_freedom::six && result.uncertainty)
-      result.vertical->sigma = height_sigma(*result.uncertainty);
+    if (options.dof == degrees_of_freedom::six && result.uncertainty) {  // and what errors have in common
+      result.vertical->sigma = std::hypot(height_sigma(*result.uncertainty), vertical.fit.sigma);
+      if (vertical.fit.sigma > 0)
+        set_height_variance(*result.uncertainty, height_variance(*result.vertical));
+    }
   }
   result.inlier_threshold = best.inlier_threshold;
   result.funnel.consensus = best.consensus;
