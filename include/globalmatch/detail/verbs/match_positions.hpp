@@ -84,7 +84,12 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   const double unbounded = std::numeric_limits<double>::infinity();
   if (best.correspondences.size() <= max_pairs)
     refine_threshold(best, best.inlier_threshold, positions, context);
-  if (std::min(context.source.size(), context.target.size()) <= max_pairs)
+  constexpr double more_pairs = 1.5;  // that coarsely fit: they may do so closely elsewhere
+  const auto fitting = [&](double inlier_threshold) {
+    return double(context.pair_stems(best.target_from_source, inlier_threshold).size());
+  };
+  if (std::min(context.source.size(), context.target.size()) <= max_pairs &&
+      fitting(positions.pairing().back()) > more_pairs * double(best.correspondences.size()))
     refine_threshold(best, unbounded, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
@@ -179,8 +184,7 @@ inline void conclude(matching& result, std::vector<local_hypothesis>&& hypothese
     result.vertical.emplace(vertical.fit);
     if (options.dof == degrees_of_freedom::six && result.uncertainty) {  // and what errors have in common
       result.vertical->sigma = std::hypot(height_sigma(*result.uncertainty), vertical.fit.sigma);
-      if (vertical.fit.sigma > 0)
-        set_height_variance(*result.uncertainty, height_variance(*result.vertical));
+      if (vertical.fit.sigma > 0) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
     }
   }
   result.inlier_threshold = best.inlier_threshold;
