@@ -26,7 +26,7 @@ class normalised_errors {
     if (height_is_known) height_.add(error.z() * error.z() / covariance(2, 2), 8.807);
   }
 
-  /// Cells of a table: number, root mean square and share above the quantile [%], in plan and in height.
+  /// Two cells of a table, in plan and in height: root mean square, share above the quantile [%], number.
   friend std::ostream& operator<<(std::ostream& out, const normalised_errors& e) {
     return out << e.plan_ << " | " << e.height_;
   }

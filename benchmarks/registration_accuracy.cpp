@@ -182,9 +182,9 @@ map_score sum_of(const std::vector<map_score>& scores) {
 constexpr const char* table_head =
     "| scene | seeds | precision | recall | F1 [%] | horizontal, height error [cm] | pairs right, wrong, "
     "refused | "
-    "neighbours right | normalised errors in plan, in height | coarse e_p [cm] | fine e_p [cm] | e_R [mrad] "
-    "| e_t [cm] | seconds: mapping a scan, "
-    "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "neighbours right | normalised errors in plan | in height | coarse e_p [cm] | fine e_p [cm] "
+    "| e_R [mrad] | e_t [cm] | seconds: mapping a scan, "
+    "matching, ICP a pair |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// One row of the table.
 void print_row(std::ostream& out, const std::string& name, const std::string& seeds, scene_result& r) {
