@@ -19,12 +19,6 @@ namespace {
 using scenes::four;
 using scenes::six;
 
-icp_options with_metric(icp_metric metric) {
-  icp_options options;
-  options.metric = metric;
-  return options;
-}
-
 icp_surface surface_of(const positions& source, const positions& target, const icp_options& options) {
   icp_samples samples;
   for (const Eigen::Vector3d& p : source) samples.source.push_back(from_eigen(p));
@@ -42,7 +36,7 @@ positions grid_of_samples(double height, double step) {
 }  // namespace
 
 TEST_CASE("how far the pairs of a layer lie off their planes does not change the weights of another") {
-  const icp_options options = with_metric(icp_metric::point_to_plane);
+  const icp_options options{.metric = icp_metric::point_to_plane};
   const icp_surface rough = surface_of(grid_of_samples(0, 0.03), grid_of_samples(0, 0), options),
                     smooth = surface_of(grid_of_samples(5, 0.001), grid_of_samples(5, 0), options);
   for (const auto& layers : {std::array{&rough, &smooth}, std::array{&smooth, &rough}}) {
@@ -59,7 +53,7 @@ TEST_CASE("how far the pairs of a layer lie off their planes does not change the
 }
 
 TEST_CASE("pairs further apart than so many medians of their layer are dropped") {
-  icp_options options = with_metric(icp_metric::point_to_point);
+  icp_options options{.metric = icp_metric::point_to_point};
   options.trimming = 4;
   positions target = grid_of_samples(0, 0), source = target;
   for (std::size_t i = 0; i < source.size(); ++i)
@@ -102,7 +96,7 @@ TEST_CASE("the rms by planes is that of the distances along the normals, weighte
   positions source = target;
   double off[4] = {0.01, -0.01, 0.03, -0.03};  // in blocks of four that have neither shift nor slope
   for (std::size_t i = 0; i < source.size(); ++i) source[i].z() += off[(i % 15 * 2 + i / 15) % 4];
-  icp_options options = with_metric(icp_metric::point_to_plane);
+  icp_options options{.metric = icp_metric::point_to_plane};
   options.max_iterations = 1;
   icp_samples samples;
   for (const Eigen::Vector3d& p : source) samples.source.push_back(from_eigen(p));
@@ -126,7 +120,7 @@ TEST_CASE("the normal at a target sample is that of the plane around it, whereve
   positions target;
   for (const Eigen::Vector3d& p : grid_of_samples(0, 0))
     target.push_back({40 + p.x(), -30 + p.y(), 7 - (normal.x * p.x() + normal.y * p.y()) / normal.z});
-  const icp_surface surface = surface_of(target, target, with_metric(icp_metric::point_to_plane));
+  const icp_surface surface = surface_of(target, target, {.metric = icp_metric::point_to_plane});
   REQUIRE(surface.normals.size() == target.size());
   for (const vec3& n : surface.normals) CHECK(std::abs(n.dot(normal)) == Approx(1));
 }

@@ -8,7 +8,7 @@
 #include <span>
 
 #include "catch.hpp"
-#include "stem_scenes.hpp"
+#include "evidence_scene.hpp"
 
 namespace globalmatch {
 
@@ -19,24 +19,6 @@ using scenes::positions;
 
 namespace {
 
-/// Two maps, all that their evidence refers to, and the evidence.
-struct scene {
-  position_set source;
-  prepared_stems target;
-  matching_options options;
-  matching_funnel funnel;
-  matching_context maps;
-  position_evidence positions_of;
-
-  scene(const positions& from, const positions& to, const matching_options& chosen = {})
-      : source(scenes::set_in_order(from)),
-        target(prepare_stems(scenes::set_in_order(to), true, {})),
-        options(chosen),
-        maps(source, target.stems, std::make_shared<position_index>(source), target.index, false, four),
-        positions_of(maps, target, options, funnel) {}
-  scene(const scene&) = delete;
-};
-
 scenes::two_views views_of(std::uint64_t seed, std::size_t stems) {
   random_source random(seed);
   return scenes::half_overlapping_views(random, stems);
@@ -46,12 +28,12 @@ scenes::two_views views_of(std::uint64_t seed, std::size_t stems) {
 
 TEST_CASE("stems are paired at increasing thresholds, or at the one that was asked for") {
   const auto views = views_of(1, 20);
-  const scene free(views.source, views.target);
+  const scenes::evidence_scene free(views.source, views.target);
   CHECK(std::equal(free.positions_of.pairing().begin(), free.positions_of.pairing().end(),
                    std::begin(pairing_thresholds), std::end(pairing_thresholds)));
   CHECK(std::is_sorted(std::begin(pairing_thresholds), std::end(pairing_thresholds)));
   CHECK(std::is_sorted(std::begin(proposal_thresholds), std::end(proposal_thresholds)));
-  const scene fixed(views.source, views.target, {.inlier_threshold = 0.13});
+  const scenes::evidence_scene fixed(views.source, views.target, {.inlier_threshold = 0.13});
   REQUIRE(fixed.positions_of.pairing().size() == 1);
   CHECK(fixed.positions_of.pairing().front() == 0.13);
 }
@@ -63,7 +45,7 @@ TEST_CASE(
       if (stems > 100 && way == proposal::algorithm_1) continue;  // takes long
       CAPTURE(stems, int(way));
       const auto views = views_of(2, stems);
-      scene s(views.source, views.target, {.proposal = way});
+      scenes::evidence_scene s(views.source, views.target, {.proposal = way});
       const auto hypotheses = s.positions_of.propose(6);
       REQUIRE_FALSE(hypotheses.empty());
       if (way == proposal::triangle_index) CHECK(hypotheses.size() <= 6);
@@ -83,7 +65,7 @@ TEST_CASE(
 
 TEST_CASE("the score of a transform is that of the null model, at the threshold of its hypothesis") {
   const auto views = views_of(3, 60);
-  const scene s(views.source, views.target);
+  const scenes::evidence_scene s(views.source, views.target);
   const null_model null(s.maps, s.target.background, pairing_thresholds, proposal_thresholds);
   for (const double threshold : {0.04, 0.16})
     for (const double off : {0.0, 3.0}) {
@@ -101,7 +83,7 @@ TEST_CASE("the score of a transform is that of the null model, at the threshold 
 
 TEST_CASE("refitting takes the best of the thresholds that it is given") {
   const auto views = views_of(4, 60);
-  const scene s(views.source, views.target);
+  const scenes::evidence_scene s(views.source, views.target);
   for (const double only : {0.057, 0.32}) {
     local_hypothesis h;
     h.target_from_source = rigid(views.target_from_source);
@@ -118,7 +100,7 @@ TEST_CASE("what a lattice explains is no evidence once the null model knows of i
   const std::size_t rows = planted.size();
   for (const Eigen::Vector3d& p : scenes::random_stems(random, 500, 90, 90))
     planted.push_back(p + Eigen::Vector3d(40, 0, 0));
-  scene s(scenes::noisy(scenes::lattice(9, 8, 3), 0.01, random), planted);
+  scenes::evidence_scene s(scenes::noisy(scenes::lattice(9, 8, 3), 0.01, random), planted);
   local_hypothesis h;
   h.inlier_threshold = 0.08;
   for (stem_index i = 0; i < rows; ++i) h.correspondences.push_back({i, i});
@@ -132,7 +114,7 @@ TEST_CASE("what a lattice explains is no evidence once the null model knows of i
 
 TEST_CASE("the background of paired stems is theirs, and knows no lattice of fewer than twenty") {
   const positions rows = scenes::lattice(8, 8, 3);
-  const scene s(rows, rows);
+  const scenes::evidence_scene s(rows, rows);
   local_hypothesis h;
   for (stem_index i = 0; i < 64; ++i) h.correspondences.push_back({i, i});
   const position_set stems = scenes::set_in_order(rows);
@@ -148,7 +130,7 @@ TEST_CASE("the background of paired stems is theirs, and knows no lattice of few
 
 TEST_CASE("maps without stems propose nothing") {
   for (const proposal way : {proposal::triangle_index, proposal::algorithm_1}) {
-    const scene s({}, {}, {.proposal = way});
+    const scenes::evidence_scene s({}, {}, {.proposal = way});
     CHECK(s.positions_of.propose(5).empty());
   }
 }

@@ -184,27 +184,28 @@ TEST_CASE("axes tell the rotation where the ground is flat") {
 TEST_CASE("axes that heights contradict, or heights of no ground, are no rotation") {
   random_source random(18);
   const Eigen::Isometry3d tilted(Eigen::AngleAxisd(3 * degree, Eigen::Vector3d(1, 2, 0).normalized()));
-  const auto with_tilted_axes = [&](const scenes::positions& from, const scenes::positions& to) {
-    matched_maps pair(from, to, truth);
-    for (std::size_t i = 0; i < from.size(); ++i) {
+  const auto give_axes = [&](matched_maps& pair, const Eigen::Isometry3d& source_from_level) {
+    for (std::size_t i = 0; i < pair.h.correspondences.size(); ++i) {
       const Eigen::Vector3d axis =
           Eigen::Vector3d(0.02 * random.normal(), 0.02 * random.normal(), 1).normalized();
-      pair.source.axis.push_back(from_eigen(Eigen::Vector3d(tilted * axis)));
+      pair.source.axis.push_back(from_eigen(Eigen::Vector3d(source_from_level.linear() * axis)));
       pair.target.axis.push_back(from_eigen(Eigen::Vector3d(truth.linear() * axis)));
     }
-    return pair;
   };
   scenes::positions flat;
   for (int i = 0; i < 40; ++i)
     flat.push_back({uniform(random, 0, 40), uniform(random, 0, 30), 0.02 * random.normal()});
-  matched_maps level = with_tilted_axes(scenes::noisy(flat, 0.01, random), scenes::moved(truth, flat));
+  matched_maps level(scenes::noisy(flat, 0.01, random), scenes::moved(truth, flat), truth);
+  give_axes(level, tilted);
   const local_vertical_fit by_heights = fit_vertical(level.h, level.maps, true);
   CHECK(by_heights.fit.kind == vertical_kind::level);
   CHECK(by_heights.fit.is_known());
 
-  scenes::positions of_trees = scenes::moved(tilted, flat);
+  const Eigen::Isometry3d more_tilted(Eigen::AngleAxisd(10 * degree, Eigen::Vector3d(1, 2, 0).normalized()));
+  scenes::positions of_trees = scenes::moved(more_tilted, flat);
   for (Eigen::Vector3d& p : of_trees) p.z() += uniform(random, 12, 30);
-  matched_maps trees = with_tilted_axes(of_trees, scenes::moved(truth, flat));
+  matched_maps trees(of_trees, scenes::moved(truth, flat), truth);
+  give_axes(trees, more_tilted);
   CHECK_FALSE(fit_vertical(trees.h, trees.maps, true).fit.is_known());
 }
 

@@ -1,6 +1,8 @@
 // What the example programs have in common on their command lines, and how they end.
 #pragma once
 
+#include <globalmatch/mapping_options.hpp>
+
 #include <CLI/CLI.hpp>
 #include <Eigen/Core>
 
@@ -12,7 +14,6 @@
 #include <vector>
 
 namespace globalmatch {
-struct mapping_options;
 struct matching_options;
 struct icp_options;
 }  // namespace globalmatch
@@ -27,7 +28,7 @@ struct shared_options {
   std::vector<double> up = {0, 0, 1};
   std::vector<double> scanner;
   std::uint64_t seed = 1;
-  double min_quality = 0.6;
+  double min_quality = mapping_options{}.min_quality;
   bool no_verticality = false;
   bool normalized = false;
   bool keep_noise = false;

@@ -20,6 +20,7 @@ not compile is a fault of the list.
 import argparse, concurrent.futures, os, re, shutil, subprocess, sys, tempfile
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+# The tests are compiled with headers alone, and linked first: mutated functions come before those of libraries.
 LIBRARIES = [os.path.join(ROOT, 'build/release', name)
              for name in ('examples/libglobalmatch_support.a', 'libglobalmatch_compiled.a')]
 SECONDS = 600  # a mutant that runs longer counts as killed

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,6 +20,7 @@
 #include "globalmatch/detail/matching/planting_evidence.hpp"
 #include "globalmatch/detail/matching/position_evidence.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/matching/refine_threshold.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
 #include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/detail/matching/vertical_fit.hpp"
@@ -48,26 +48,6 @@ inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& sou
           h.consensus};
 }
 
-/// Refits a hypothesis at each threshold below `coarsest`, from the transform of the coarser one, and keeps
-/// the one of the smallest NFA: a few stems that are paired wrongly at a coarse threshold hold the transform
-/// off the place where most fit closely, and a few at a fine one off the place where many more do.
-inline void refine_threshold(local_hypothesis& best, double coarsest, const position_evidence& positions,
-                             const matching_context& context) {
-  local_hypothesis finer = best;
-  const auto thresholds = positions.pairing();
-  for (std::size_t i = thresholds.size(); i-- > 0;) {
-    if (thresholds[i] >= coarsest) continue;
-    finer.inlier_threshold = thresholds[i];
-    finer.correspondences = context.pair_stems(finer.target_from_source, thresholds[i]);
-    if (finer.correspondences.size() < min_robust_pairs) return;
-    fit_robustly(finer, context);
-    const evidence_score scored = positions.score(finer);
-    finer.log10_nfa = scored.log10_nfa;
-    finer.log10_nfa_poisson = scored.log10_nfa_poisson;
-    if (finer.log10_nfa < best.log10_nfa) best = finer;
-  }
-}
-
 /// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice
 /// that it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a
 /// fine one explains the stems.
@@ -80,17 +60,7 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   best.log10_nfa = scored.log10_nfa;
   best.log10_nfa_poisson = scored.log10_nfa_poisson;
   const local_hypothesis before = best;
-  constexpr std::size_t max_pairs = 4096;  // of more, a few that are wrong have no say
-  const double unbounded = std::numeric_limits<double>::infinity();
-  if (best.correspondences.size() <= max_pairs)
-    refine_threshold(best, best.inlier_threshold, positions, context);
-  constexpr double more_pairs = 1.5;  // that coarsely fit: they may do so closely elsewhere
-  const auto fitting = [&](double inlier_threshold) {
-    return double(context.pair_stems(best.target_from_source, inlier_threshold).size());
-  };
-  if (std::min(context.source.size(), context.target.size()) <= max_pairs &&
-      fitting(positions.pairing().back()) > more_pairs * double(best.correspondences.size()))
-    refine_threshold(best, unbounded, positions, context);
+  refine_threshold(best, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
   alternatives.push_back(before);

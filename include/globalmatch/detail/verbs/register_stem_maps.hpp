@@ -35,7 +35,7 @@ namespace globalmatch::detail {
 /// have enough.
 inline std::string describe_lost_stems(const stem_map& source, const stem_map& target, std::size_t minimum) {
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
-    if (const std::string lost = detail::where_lost(explain(map->funnel), minimum); !lost.empty())
+    if (const std::string lost = where_lost(explain(map->funnel), minimum); !lost.empty())
       return std::string(". ") + name + ", " + lost;
   return "";
 }
