@@ -21,8 +21,10 @@ struct small_matrix {
   double& operator()(std::size_t r, std::size_t c) { return numbers[6 * c + r]; }
   /// Adds weight * row * row.transpose().
   void add_square(const small_vector& row, double weight) {
-    for (std::size_t c = 0; c < size; ++c)
+    for (std::size_t c = 0; c < size; ++c) {
+      if (row[c] == 0) continue;  // as of observations of one coordinate most are
       for (std::size_t r = 0; r < size; ++r) (*this)(r, c) += (weight * row[r]) * row[c];
+    }
   }
 };
 

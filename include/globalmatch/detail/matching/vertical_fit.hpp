@@ -78,7 +78,7 @@ class vertical_decision {
   std::optional<vec3> rotation() const {
     const double unrotated = positions_and_axes(transform_);
     const auto gain_of = [&](const vec3& turn) {
-      return positions_and_axes(turned(transform_, turn, center_)) - unrotated;
+      return turn.norm() > 0 ? positions_and_axes(turned(transform_, turn, center_)) - unrotated : 0;
     };
     // A slope that is certain is one or the other, and was not fitted to what decides between them.
     const vec3 by_heights = turn_of(sloped_), by_axes = turn_of_axes();
@@ -238,8 +238,8 @@ inline std::string describe_missing_heights(const matching_context& context, boo
 /// Decides what the heights of the paired stems say, and gives the transform of a 4-DoF hypothesis its
 /// height; where a scan is rotated beyond doubt, and the caller leaves it to the data (`may_rotate`), its
 /// rotation. Not known are the heights of maps that have none, those that scatter by more than heights of the
-/// ground do, and those that the stems themselves know no better; the height of the transform is then a guess,
-/// and the reason says why. Cost: linear in the pairs.
+/// ground do, and those that the stems themselves know no better; the height of the transform is then a
+/// guess, and the reason says why. Cost: linear in the pairs.
 inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_context& context, bool may_rotate,
                                        bool ignores_heights = false) {
   const vertical_decision decision(context, h);

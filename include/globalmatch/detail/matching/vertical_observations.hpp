@@ -63,6 +63,7 @@ class vertical_observations {
   /// Of positions in plan; `tilts`: turns about x and y are parameters, or they are 0.
   observation_kind positions(const rigid& transform, const vec3& center, bool tilts) const {
     observation_kind kind{.dimensions = 2};
+    kind.of.reserve(pairs_.size());
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const vec3 transformed = transform * context_.source.at[pairs_[i].source];
       const vec3 arm = transformed - center, off = context_.target.at[pairs_[i].target] - transformed;
@@ -76,6 +77,7 @@ class vertical_observations {
   /// Of heights; `tilts`: they differ by a plane, or by a constant.
   observation_kind heights(const rigid& transform, const vec3& center, bool tilts) const {
     observation_kind kind{.dimensions = 1};
+    kind.of.reserve(pairs_.size());
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
       const vec3 transformed = transform * context_.source.at[pairs_[i].source];
       const vec3 arm = tilts ? transformed - center : vec3{};

@@ -60,10 +60,10 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
   best.log10_nfa = scored.log10_nfa;
   best.log10_nfa_poisson = scored.log10_nfa_poisson;
   const local_hypothesis before = best;
-  refine_threshold(best, positions, context);
+  const bool changed = refine_threshold(best, positions, context);
   const double inlier_threshold = best.inlier_threshold;
   std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
-  alternatives.push_back(before);
+  if (changed) alternatives.push_back(before);
   for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
   hypotheses.clear();
   hypotheses.push_back(std::move(best));
