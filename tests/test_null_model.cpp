@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 #include "catch.hpp"
@@ -162,6 +163,47 @@ TEST_CASE("the probability of being as near grows with the area between two thre
     sum += squared < 0.01 ? low * squared / 0.01 : low + (high - low) * (squared - 0.01) / 0.08;
     CHECK(set.cumulative_probability[i] == Approx(sum));
   }
+}
+
+TEST_CASE("places of two maps in steps coincide as often as cells are wide, and those of one map do not") {
+  random_source random(21);
+  position_set source = scenes::set_in_order(scenes::random_stems(random, 100, 60, 60));
+  position_set target = scenes::set_in_order(scenes::random_stems(random, 100, 60, 60));
+  const std::vector<double> thresholds = {0.02, 0.1, 0.4};
+  const double radius = std::sqrt(0.25 / std::numbers::pi);  // [m] of a circle as large as a cell
+  const auto model = [&](double of_source, double of_target) {
+    source.cell_area = of_source;
+    target.cell_area = of_target;
+    return matching_context(source, target, true, four);
+  };
+  const matching_context measured = model(0, 0);
+  const null_model plain(measured, thresholds);
+  const matching_context half = model(0, 0.25);
+  const null_model one(half, thresholds);
+  const matching_context both = model(1, 0.25);
+  const null_model stepped(both, thresholds);
+  for (const double inlier_threshold : thresholds) {
+    CHECK(one.inlier_probability(inlier_threshold) == plain.inlier_probability(inlier_threshold));
+    CHECK(stepped.inlier_probability(inlier_threshold) ==
+          Approx(plain.inlier_probability(inlier_threshold + radius)));
+  }
+}
+
+TEST_CASE("equal coordinates are no evidence where both maps are in wide steps") {
+  random_source random(22);
+  positions stems = scenes::random_stems(random, 60, 30, 30);
+  const auto score = [&](double cell_area) {
+    position_set source = scenes::set_in_order(stems), target = source;
+    source.cell_area = target.cell_area = cell_area;
+    const matching_context maps(source, target, true, four);
+    const null_model null(maps, std::vector<double>{0.02});
+    null_model::residual_set six = null.residuals_under({}, 0.02);
+    six.residuals.resize(6);
+    six.cumulative_probability.resize(6);
+    return null.log10_nfa(six, 0.02);
+  };
+  CHECK(score(0) < -3);
+  CHECK(score(0.25) > 1);
 }
 
 }  // namespace globalmatch

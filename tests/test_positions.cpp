@@ -1,6 +1,8 @@
 #include "globalmatch/positions.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numbers>
 
@@ -102,9 +104,47 @@ TEST_CASE("import_positions gives the same bits whatever the order of the stems"
   }
 }
 
-TEST_CASE("import_positions keeps stems at the same place in the caller's order") {
-  const positions stems = {{1, 2, 3}, {0, 0, 0}, {1, 2, 3}, {1, 2, 3}};
-  CHECK(import_positions(stems, z_up, "source").original == std::vector<stem_index>{1, 0, 2, 3});
+TEST_CASE("of stems at one place the first one of the caller stays, and the others are counted") {
+  const positions stems = {{10, 20, 3}, {0, 0, 0}, {10, 20, 3}, {10, 20, 7}, {0, 30, 0}, {10, 20, 3}};
+  const position_set set = import_positions(stems, z_up, "source");
+  CHECK(set.original == std::vector<stem_index>{1, 4, 0});
+  CHECK(set.coincident == 3);
+}
+
+TEST_CASE("stems within a hand of each other are one stem, and trees side by side are not") {
+  positions stems = {{0, 0, 0}, {20, 0, 0}, {0, 30, 0}, {20, 30, 0}, {7, 8, 1}, {13, 21, 2}};
+  const std::size_t trees = stems.size();
+  stems.push_back({7.1, 8.08, 1});    // 13 cm aside
+  stems.push_back({13.1, 21.15, 2});  // 18 cm aside
+  const position_set set = import_positions(stems, z_up, "source");
+  CHECK(set.size() == trees + 1);
+  CHECK(set.coincident == 1);
+  CHECK(std::count(set.original.begin(), set.original.end(), stem_index(6)) == 0);
+}
+
+TEST_CASE("how near stems coincide follows from their spacing, whatever the unit") {
+  random_source random(12);
+  positions stems = scenes::random_stems(random, 40, 40, 40);
+  for (Eigen::Vector3d& p : stems) p *= 1e-5;  // degrees
+  CHECK(import_positions(stems, z_up, "source").coincident == 0);
+  stems.push_back(stems[7]);
+  CHECK(import_positions(stems, z_up, "source").coincident == 1);
+}
+
+TEST_CASE("where up is along y stems above each other do not coincide, and equal ones do") {
+  const positions stems = {{0, 1, 0}, {0, 5, 0}, {30, 2, 8}, {30, 2, 8}, {12, 0, 30}, {3, 40, 21}};
+  const position_set set = import_positions(stems, Eigen::Vector3d::UnitY(), "source");
+  CHECK(set.coincident == 1);
+  CHECK(set.size() == 5);
+}
+
+TEST_CASE("import_positions knows the steps that coordinates are noted in, levelled") {
+  random_source random(13);
+  positions stems = scenes::random_stems(random, 40, 40, 40);
+  CHECK(import_positions(stems, z_up, "source").cell_area == 0);
+  for (Eigen::Vector3d& p : stems) p = {std::round(2 * p.x()) / 2, p.y(), std::round(2 * p.z()) / 2};
+  CHECK(import_positions(stems, z_up, "source").cell_area == 0);
+  CHECK(import_positions(stems, Eigen::Vector3d::UnitY(), "source").cell_area == Approx(0.25));
 }
 
 TEST_CASE("import_positions of no stems is an empty set") {
@@ -143,7 +183,9 @@ TEST_CASE("import_positions keeps what a type knows of its uncertainty, in the o
 }
 
 TEST_CASE("import_positions gives the same bits when stems at one place differ in their uncertainty alone") {
-  const std::vector<surveyed_stem> stems = {{1, 0, 0, 0.3}, {1, 0, 0, 0.1}}, swapped = {stems[1], stems[0]};
+  const std::vector<surveyed_stem> stems = {{1, 0, 0, 0.3}, {1, 0, 0, 0.1}, {9, 9, 0, 0.2}},
+                                   swapped = {stems[1], stems[2], stems[0]};
+  CHECK(import_positions(stems, z_up, "source").sigma == std::vector<double>{0.1, 0.2});
   CHECK(import_positions(stems, z_up, "source").sigma == import_positions(swapped, z_up, "source").sigma);
 }
 
@@ -180,8 +222,8 @@ TEST_CASE("a radius that is no length is unknown, and where all are the set has 
 TEST_CASE("import_positions gives the same bits when stems at one place differ in their radius alone") {
   const std::vector<thick_stem> stems = {{1, 0, 0, 0.5f}, {1, 0, 0, 0.25f}, {1, 0, 0, NAN}},
                                 swapped = {stems[2], stems[1], stems[0]};
-  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
-  CHECK(import_positions(swapped, z_up, "source").radius == std::vector<double>{0, 0.25, 0.5});
+  CHECK(import_positions(stems, z_up, "source").radius == std::vector<double>{0.25});
+  CHECK(import_positions(swapped, z_up, "source").radius == std::vector<double>{0.25});
 }
 
 TEST_CASE("import_positions refuses an up without direction") {
@@ -216,12 +258,12 @@ TEST_CASE("horizontal positions have no heights whatever the up") {
 }
 
 TEST_CASE("import_positions keeps tenths of millimetres of coordinates of a million metres") {
-  const positions stems = {{1e6, 5e6, 1e3}, {1e6 + 1e-4, 5e6, 1e3}, {1e6, 5e6 + 7, 1e3 - 1e-4}};
+  const positions stems = {{1e6, 5e6, 1e3}, {1e6 + 3 + 1e-4, 5e6, 1e3}, {1e6, 5e6 + 7, 1e3 - 1e-4}};
   const position_set set = import_positions(stems, z_up, "source");
   CHECK(set.at[0].norm() == 0);
   CHECK(set.at[1].y == Approx(7).margin(1e-8));
   CHECK(set.at[1].z == Approx(-1e-4).margin(1e-8));
-  CHECK(set.at[2].x == Approx(1e-4).margin(1e-8));
+  CHECK(set.at[2].x == Approx(3 + 1e-4).margin(1e-8).epsilon(0));
 }
 
 TEST_CASE("stem_distance leaves heights out where they do not count") {

@@ -221,16 +221,33 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
   return warnings;
 }
 
+namespace {
+
+void warn_of_coincident(std::size_t count, std::size_t stems, const char* name,
+                        std::vector<warning>& warnings) {
+  if (count == 0) return;
+  warnings.push_back({"coincident_stems", std::string(name) + ": " + std::to_string(count) + " of " +
+                                              std::to_string(stems) +
+                                              " stems are at the place of another one and were left out"});
+}
+
+}  // namespace
+
 std::vector<warning> warnings_of(const matching& result) {
-  if (!result.vertical) return {};
+  std::vector<warning> warnings;
+  const matching_funnel& f = result.funnel;
+  warn_of_coincident(f.source_coincident, f.source_stems, "source", warnings);
+  warn_of_coincident(f.target_coincident, f.target_stems, "target", warnings);
+  if (!result.vertical) return warnings;
   const vertical_fit& vertical = *result.vertical;
-  if (!vertical.is_known()) return {{"height_unknown", "height: " + vertical.reason}};
   std::ostringstream degrees;
   degrees << std::setprecision(2) << vertical.tilt * 180 / std::numbers::pi << " degrees";
-  if (vertical.kind == vertical_kind::sloping)
-    return {{"sloping_heights", "heights of the paired stems slope by " + degrees.str() +
-                                    " while both scans are level: those of one are wrong"}};
-  return {};
+  if (!vertical.is_known())
+    warnings.push_back({"height_unknown", "height: " + vertical.reason});
+  else if (vertical.kind == vertical_kind::sloping)
+    warnings.push_back({"sloping_heights", "heights of the paired stems slope by " + degrees.str() +
+                                               " while both scans are level: those of one are wrong"});
+  return warnings;
 }
 
 void print(const std::vector<warning>& warnings) {

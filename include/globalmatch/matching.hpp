@@ -86,6 +86,7 @@ struct hypothesis {
 /// How much each step of matching left.
 struct matching_funnel {
   std::size_t source_stems = 0, target_stems = 0;
+  std::size_t source_coincident = 0, target_coincident = 0;  ///< of these at the place of others: left out
   std::size_t source_triangles = 0, target_triangles = 0;
   std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
   std::size_t tested = 0;           ///< transforms tried on stems, or consensus sets counted
@@ -95,11 +96,12 @@ struct matching_funnel {
 
 /// What each step was given and left, in their order.
 inline std::vector<funnel_step> explain(const matching_funnel& f) {
-  const std::size_t stems = std::min(f.source_stems, f.target_stems);
+  const std::size_t stems =
+      std::min(f.source_stems - f.source_coincident, f.target_stems - f.target_coincident);
   return {
-      {"source triangles", "stems", f.source_stems, "triangles", f.source_triangles,
+      {"source triangles", "stems", f.source_stems - f.source_coincident, "triangles", f.source_triangles,
        "of stems that do not stand near each other", "more stems are needed"},
-      {"target triangles", "stems", f.target_stems, "triangles", f.target_triangles,
+      {"target triangles", "stems", f.target_stems - f.target_coincident, "triangles", f.target_triangles,
        "of stems that do not stand near each other", "more stems are needed"},
       {"local matching", "triangles", f.source_triangles, "pairs of like triangles", f.local_pairs,
        "edges differ by more than the tolerance",

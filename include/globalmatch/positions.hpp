@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/coordinate_steps.hpp"
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
@@ -32,6 +33,8 @@ struct position_set {
   std::vector<double> height_sigma;  ///< [m] of each height; empty when none is known
   std::vector<detail::vec3> axis;  ///< unit, levelled local frame, 0 where unknown; empty when none is known
   bool has_heights = true;         ///< false: heights are not known: all are equal, or none are given
+  double cell_area = 0;            ///< [m^2] of a cell, where positions are in steps; see `cell_area`
+  std::size_t coincident = 0;      ///< positions left out, as they are at the place of another one
 
   std::size_t size() const { return at.size(); }
 };
@@ -121,20 +124,59 @@ inline bool heights_differ(const std::vector<vec3>& at) {
   return heights[heights.size() - 1 - tenth] - heights[tenth] > min_range;
 }
 
+/// Leaves out sorted positions that are at the place of one before, and returns how many: a stem that is
+/// listed twice, one of several that share a root, rows without coordinates. The distance [m] follows from
+/// how densely the others stand, as coordinates may be of any unit; z has no say where x and y are
+/// `horizontal`.
+inline std::size_t drop_coincident(std::vector<given_position>& given, bool horizontal) {
+  constexpr double max_distance = 0.15, share_of_spacing = 0.05;
+  constexpr std::size_t poll_interval = 4096;
+  if (given.size() < 2) return 0;
+  double low = given.front().numbers[1], high = low;
+  for (const given_position& g : given) {
+    low = std::min(low, g.numbers[1]);
+    high = std::max(high, g.numbers[1]);
+  }
+  const double area = (given.back().numbers[0] - given.front().numbers[0]) * (high - low);
+  const double distance = std::min(max_distance, share_of_spacing * std::sqrt(area / double(given.size())));
+  std::size_t kept = 0, first = 0;  // of those that may be near
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    if (i % poll_interval == 0) poll_cancelled();
+    const double x = given[i].numbers[0], y = given[i].numbers[1];
+    while (first < kept && x - given[first].numbers[0] > distance) ++first;
+    std::size_t k = first;
+    for (; k < kept; ++k) {
+      const double dx = x - given[k].numbers[0], dy = y - given[k].numbers[1],
+                   dz = horizontal ? 0 : given[i].numbers[2] - given[k].numbers[2];
+      if (dx * dx + dy * dy + dz * dz <= distance * distance) break;
+    }
+    if (k == kept)
+      given[kept++] = given[i];
+    else if (given[k].numbers[4] == 0)  // the radius, which the other one may know
+      given[k].numbers[4] = given[i].numbers[4];
+  }
+  const std::size_t dropped = given.size() - kept;
+  given.erase(given.begin() + std::ptrdiff_t(kept), given.end());
+  return dropped;
+}
+
 /// Sorts the positions and fills the set with them.
 inline void fill(position_set& set, std::vector<given_position>&& given) {
+  const auto place = [](const given_position& g) { return vec3{g.numbers[0], g.numbers[1], g.numbers[2]}; };
   std::sort(given.data(), given.data() + given.size());
+  set.coincident = drop_coincident(given, set.frame.rotation(2, 2) == 1);
   set.at.reserve(given.size());
   set.original.reserve(given.size());
-  const auto place = [](const given_position& g) { return vec3{g.numbers[0], g.numbers[1], g.numbers[2]}; };
+  for (const given_position& g : given) set.at.push_back(set.frame.rotation * place(g));
+  set.cell_area = cell_area(set.at);
   if (!given.empty()) set.frame.origin = place(given.front());
   bool has_radii = false;
-  for (const given_position& g : given) {
-    set.at.push_back(set.frame.to_local(place(g)));
-    set.original.push_back(g.original);
-    set.sigma.push_back(g.numbers[3]);
-    set.radius.push_back(g.numbers[4]);
-    has_radii = has_radii || g.numbers[4] > 0;
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    set.at[i] = set.frame.to_local(place(given[i]));
+    set.original.push_back(given[i].original);
+    set.sigma.push_back(given[i].numbers[3]);
+    set.radius.push_back(given[i].numbers[4]);
+    has_radii = has_radii || given[i].numbers[4] > 0;
   }
   replace_unknown(set.sigma);
   if (!has_radii) set.radius.clear();

@@ -88,4 +88,19 @@ TEST_CASE("a matching without a known height says so, and so does one whose heig
   CHECK(warnings_of(result).front().text == "height: heights of trees");
 }
 
+TEST_CASE("stems at the place of others are warned of, by map") {
+  matching result;
+  CHECK(warnings_of(result).empty());
+  result.funnel.source_stems = 70;
+  result.funnel.source_coincident = 9;
+  REQUIRE(warnings_of(result).size() == 1);
+  CHECK(warnings_of(result)[0].code == "coincident_stems");
+  CHECK(warnings_of(result)[0].text ==
+        "source: 9 of 70 stems are at the place of another one and were left out");
+  result.funnel.source_coincident = 0;
+  result.funnel.target_coincident = 2;
+  REQUIRE(warnings_of(result).size() == 1);
+  CHECK(warnings_of(result)[0].text.starts_with("target: 2 of 0 stems"));
+}
+
 }  // namespace globalmatch::support

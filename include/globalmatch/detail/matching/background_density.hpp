@@ -24,12 +24,19 @@ inline double extent(const position_set& stems) {
   return std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / middle_share;
 }
 
+/// Radius [m] of a circle as large as the cells [m^2] of places in steps. Places of two maps that are noted
+/// in equal steps coincide, once one of them does: as often as if they were within the circle, and within a
+/// distance of each other at most as often as within a circle that is wider by this.
+inline double step_of(double cell_area) {
+  return std::sqrt(cell_area / std::numbers::pi);
+}
+
 /// Of the stems of one map. Immutable.
 class background_density {
  public:
   /// `index` is that of `stems`. Cost: linear in the stems for the extent, the rest looks at some of them.
   background_density(const position_set& stems, std::shared_ptr<const position_index> index)
-      : index_(std::move(index)), extent_(detail::extent(stems)) {
+      : index_(std::move(index)), extent_(detail::extent(stems)), step_(step_of(stems.cell_area)) {
     constexpr std::size_t neighbors = 6, max_visited = 1024;
     const std::size_t size = stems.size(), k = std::min(neighbors, size - std::min<std::size_t>(size, 1));
     const std::size_t step = (size + max_visited - 1) / max_visited;
@@ -121,7 +128,7 @@ class background_density {
     for (std::size_t i = 0; i < distance_count; ++i) {
       const double beside = (own.all[i + 2] - own.all[i]) / 3;  // up to twice as far, on thrice the area
       const double expected_share =
-          std::max(poisson_inlier_probability(distance_of(i)), -std::expm1(-beside / own.trials));
+          std::max(poisson_inlier_probability(distance_of(i) + step_), -std::expm1(-beside / own.trials));
       if (own.matched[i] > 0 &&
           log_binomial_tail(own.matched[i] / pair_multiplicity, own.trials / pair_multiplicity,
                             expected_share) < std::log(significance_level))
@@ -195,6 +202,7 @@ class background_density {
 
   std::shared_ptr<const position_index> index_;
   double extent_ = 0, stem_radius_ = 0;  // [m]
+  double step_ = 0;                      // [m], see `step_of`
   std::vector<double> densities_;        // [1 / m^2] around some of the stems
   std::vector<double> residuals_;        // [m] of the map shifted onto itself, increasing
   double tries_ = 0;                     // stems that were shifted for them

@@ -28,6 +28,7 @@ class null_model {
       : context_(context),
         target_(std::move(target_background)),
         source_extent_(extent(context.source)),
+        step_(step_of(std::min(context.source.cell_area, context.target.cell_area))),
         thresholds_(std::max<std::size_t>(1, thresholds.size())) {
     for (const auto& asked : {thresholds, others})
       for (const double inlier_threshold : asked) insert(compute(inlier_threshold));
@@ -45,8 +46,8 @@ class null_model {
   /// From now on chance is at least as good as it is along the lattice of these stems.
   void include_lattice_of(const background_density& plantation) {
     for (probabilities& known : known_)
-      known.inlier_probability =
-          std::max(known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold));
+      known.inlier_probability = std::max(
+          known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold + step_));
   }
 
   /// Residuals of source stems under a transform.
@@ -146,9 +147,9 @@ class null_model {
   }
 
   probabilities compute(double inlier_threshold) const {
-    const double at_random = target_->poisson_inlier_probability(inlier_threshold);
-    return {inlier_threshold, std::max(at_random, target_->lattice_inlier_probability(inlier_threshold)),
-            at_random};
+    const double wider = inlier_threshold + step_;
+    const double at_random = target_->poisson_inlier_probability(wider);
+    return {inlier_threshold, std::max(at_random, target_->lattice_inlier_probability(wider)), at_random};
   }
 
   /// Sums of the probabilities of being as near, of the first residuals [m, increasing]. Between the
@@ -160,7 +161,7 @@ class null_model {
     const auto square = [](double d) { return d * d; };
     std::vector<double> sums;
     sums.reserve(residuals.size());
-    probabilities below = {0, 0, 0};
+    probabilities below = step_ > 0 ? compute(0) : probabilities{0, 0, 0};
     std::size_t above = 0;
     double sum = 0;
     for (const double given : residuals) {
@@ -200,7 +201,7 @@ class null_model {
     // Stems of the ring of 2 pi `apart` by 2 `inlier_threshold`, where one stands on pi `radius`^2.
     const double radius = target_->stem_radius();
     const double as_far =
-        radius > 0 ? std::min(targets, 4 * apart * inlier_threshold / (radius * radius)) : targets;
+        radius > 0 ? std::min(targets, 4 * apart * (inlier_threshold + step_) / (radius * radius)) : targets;
     const double by_two = targets * as_far * sources * sources / 2;
     const double by_all = context_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
     return std::max(1.0, by_all) * double(thresholds_);
@@ -209,6 +210,7 @@ class null_model {
   const matching_context& context_;
   std::shared_ptr<const background_density> target_;
   double source_extent_ = 0;          // [m]
+  double step_ = 0;                   // [m] of both maps, see `step_of`
   std::size_t thresholds_ = 1;        // that stems may be paired at
   std::vector<probabilities> known_;  // by increasing threshold
 };
