@@ -11,6 +11,7 @@
 // A new kind is a class like these, and a step of `match_prepared` in detail/verbs/match_positions.hpp.
 #pragma once
 
+#include <algorithm>
 #include <concepts>
 #include <cstddef>
 #include <vector>
@@ -35,12 +36,14 @@ concept evidence = requires(const E& kind, const local_hypothesis& h, std::size_
 
 /// The one rule that combines kinds: a hypothesis has the NFA of positions, or that of another kind where
 /// this is smaller and below 0.01. The best of all transforms of a lattice has an NFA of about 1, and is no
-/// evidence.
+/// evidence. Nor are a few stems at the edge of a plantation that happen to fit: where they are not many more
+/// than at random, the lattices are not even aligned.
 inline void combine(local_hypothesis& h, const evidence_score& other) {
   constexpr double significant = -2;
-  if (other.log10_nfa >= h.log10_nfa || other.log10_nfa >= significant) return;
+  const double combined = std::max(other.log10_nfa, h.log10_nfa_poisson);
+  if (combined >= h.log10_nfa || combined >= significant) return;
   h.evidence = other.source;
-  h.log10_nfa = other.log10_nfa;
+  h.log10_nfa = combined;
 }
 
 }  // namespace globalmatch::detail

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -17,6 +18,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/decision.hpp"
 #include "globalmatch/detail/matching/lattice_alternatives.hpp"
+#include "globalmatch/detail/matching/likely_causes.hpp"
 #include "globalmatch/detail/matching/planting_evidence.hpp"
 #include "globalmatch/detail/matching/position_evidence.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
@@ -194,8 +196,10 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   plantation planted;
   if (target.background->has_lattice())
     planted = {find_lattice(*context.source_index), find_lattice(*context.target_index)};
-  result.funnel.source_stems = source.size();
-  result.funnel.target_stems = target.stems.size();
+  result.funnel.source_stems = source.size() + source.coincident;
+  result.funnel.target_stems = target.stems.size() + target.stems.coincident;
+  result.funnel.source_coincident = source.coincident;
+  result.funnel.target_coincident = target.stems.coincident;
 
   position_evidence positions(context, target, options, result.funnel);
   std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
@@ -209,6 +213,7 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   if (swapped) {
     for (local_hypothesis& h : hypotheses) h = reversed(std::move(h));
     std::swap(result.funnel.source_stems, result.funnel.target_stems);
+    std::swap(result.funnel.source_coincident, result.funnel.target_coincident);
     std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
   }
   if (const auto& lattice = swapped ? planted.source : planted.target)
@@ -230,22 +235,54 @@ inline matching match_once(position_set source, position_set target, const match
   return match_prepared(source, prepared, options, exec, swapped);
 }
 
-// Where nothing is significant in plan the scans may be rotated by so much that only distances in space
-// match; as these are further tests, twice the evidence is asked for.
+/// Whether a registration rests on so little that another explanation must be looked for.
+inline bool is_doubtful(const matching& result) {
+  constexpr double min_doubtful = -15;  // log10 NFA
+  return result.outcome == outcome::not_registered ||
+         (result.outcome == outcome::registered && result.hypotheses.front().log10_nfa > min_doubtful);
+}
+
+/// Says what is likely to be wrong with maps that do not match, or that match less well than the mirror image
+/// of one does: these are not registered.
+inline matching with_likely_cause(matching&& result, const position_set& source, const position_set& target,
+                                  const execution& exec) {
+  if (!is_doubtful(result)) return std::move(result);
+  const double log10_nfa = result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
+  std::string cause = describe_likely_cause(source, target, log10_nfa, exec);
+  if (cause.empty()) return std::move(result);
+  result.outcome = outcome::not_registered;
+  result.reason = std::move(cause);
+  result.probability = 0;
+  result.target_from_source.reset();
+  result.uncertainty.reset();
+  result.vertical.reset();
+  return std::move(result);
+}
+
+/// Where nothing is significant in plan the scans may be rotated by so much that only distances in space
+/// match; as these are further tests, twice the evidence is asked for. Nobody scans upside down: flat maps
+/// that are each other's mirror image match like that.
+inline matching match_as_options_say(position_set source, position_set target,
+                                     const matching_options& options, const execution& exec) {
+  const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
+  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
+  matching by_positions = match_once(source, target, options, exec);
+  if (by_positions.outcome != outcome::not_registered) return by_positions;
+  constexpr double max_tilt = std::numbers::pi / 2;
+  matching_options rotating = options;
+  rotating.dof = degrees_of_freedom::six;
+  rotating.decision.max_nfa /= 2;
+  matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
+  const bool rotated = in_space.outcome == outcome::registered && in_space.vertical->tilt < max_tilt;
+  return rotated ? in_space : by_positions;
+}
+
 GLOBALMATCH_INLINE matching match_positions(position_set source, position_set target,
                                             const matching_options& options, const execution& exec,
                                             build_mode) {
   require_valid(options);
   const parallel_scope scope(exec, "matching");
-  const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
-  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
-  matching by_positions = match_once(source, target, options, exec);
-  if (by_positions.outcome != outcome::not_registered) return by_positions;
-  matching_options rotating = options;
-  rotating.dof = degrees_of_freedom::six;
-  rotating.decision.max_nfa /= 2;
-  matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
-  return in_space.outcome == outcome::registered ? in_space : by_positions;
+  return with_likely_cause(match_as_options_say(source, target, options, exec), source, target, exec);
 }
 
 GLOBALMATCH_INLINE matching match_positions(const position_set& source, const prepared_stems& target,

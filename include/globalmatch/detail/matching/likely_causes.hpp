@@ -1,0 +1,136 @@
+// Likely causes why two maps do not match: what is usually wrong with coordinates. In: two maps that were not
+// registered, or hardly. Out: what to tell the user.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/indexed_matching.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
+#include "globalmatch/detail/matching/null_model.hpp"
+#include "globalmatch/detail/matching/position_evidence.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/positions.hpp"
+
+namespace globalmatch::detail {
+
+/// Stems in the middle of a map, at most `count`; of what is known of them only where they stand.
+inline position_set central_stems(const position_set& stems, std::size_t count) {
+  vec3 middle;
+  for (const vec3& p : stems.at) middle += p / double(stems.size());
+  std::vector<keyed> order;
+  for (std::size_t i = 0; i < stems.size(); ++i)
+    order.push_back({key_of((stems.at[i] - middle).xy().norm()), i});
+  keep_first(order, std::min(count, stems.size()));
+  position_set central;
+  central.cell_area = stems.cell_area;
+  for (const keyed& next : order) central.at.push_back(stems.at[next.value]);
+  return central;
+}
+
+/// The best hypothesis of a search without patience, in plan: it finds what is plain to see. No pairs where
+/// nothing is.
+inline local_hypothesis match_at_sight(const position_set& source, const prepared_stems& target,
+                                       const execution& exec) {
+  constexpr double thresholds[] = {0.1, 0.4};  // [m] of proposals
+  const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
+                                 target.index, true, degrees_of_freedom::four, exec);
+  const null_model null(context, target.background, pairing_thresholds, thresholds);
+  matching_funnel funnel;
+  local_hypothesis best;
+  for (const double inlier_threshold : thresholds) {
+    std::vector<local_hypothesis> found =
+        match_by_index(context, target.triangles, inlier_threshold, null, pairing_thresholds, false, funnel);
+    if (!found.empty() && (best.correspondences.empty() || ranks_before(found.front(), best)))
+      best = std::move(found.front());
+    if (best.log10_nfa < sufficient_log10_nfa) break;
+  }
+  return best;
+}
+
+/// What stems are multiplied by so that their unit is that of another map, and what it is said to be.
+struct unit_factor {
+  double factor;
+  const char* unit;
+};
+
+/// The mean distance [m] of stems, as of a square grid, in a map of any unit.
+inline double spacing_of(const position_set& stems) {
+  return stems.size() < 2
+             ? 0
+             : std::sqrt(middle_extent(stems, 0) * middle_extent(stems, 1) / double(stems.size()));
+}
+
+/// The unit that coordinates seem to have instead of metres, by how far apart stems stand; empty where that
+/// is plausible. Trees stand decimetres to decametres apart.
+inline std::string unit_by_spacing(const position_set& stems) {
+  constexpr double min_spacing = 0.05, min_centimetres = 100, min_millimetres = 1000;  // [m]
+  const double spacing = spacing_of(stems);
+  if (spacing == 0 || stems.size() < 4) return {};
+  if (spacing < min_spacing) return "degrees (of longitude and latitude)";
+  if (spacing > min_millimetres) return "millimetres";
+  return spacing > min_centimetres ? "centimetres" : "";
+}
+
+inline std::string describe_wrong_unit(const position_set& stems, const char* name) {
+  const std::string unit = unit_by_spacing(stems);
+  if (unit.empty()) return {};
+  return std::string(name) + ": the stems stand some " + std::to_string(spacing_of(stems)) +
+         " apart: are the coordinates " + unit + "? They must be metres";
+}
+
+/// A hypothesis of a changed map counts where it is significant beyond doubt, and more than that of the map
+/// as it is.
+inline bool explains_better(const local_hypothesis& changed, double log10_nfa) {
+  constexpr double max_log10_nfa = -6;
+  return !changed.correspondences.empty() && changed.log10_nfa < std::min(max_log10_nfa, 2 * log10_nfa);
+}
+
+/// The most likely cause why two maps do not match, and its remedy; empty where none is known. `log10_nfa` is
+/// that of the best hypothesis. Cost: as much as matching maps that share many stems, and again for each
+/// cause.
+inline std::string describe_likely_cause(const position_set& source, position_set target, double log10_nfa,
+                                         const execution& exec) {
+  constexpr std::size_t min_stems = 8, max_queried = 60;
+  if (std::string wrong = describe_wrong_unit(source, "source"); !wrong.empty()) return wrong;
+  if (std::string wrong = describe_wrong_unit(target, "target"); !wrong.empty()) return wrong;
+  if (std::min(source.size(), target.size()) < min_stems) return {};
+  const double ratio = spacing_of(target) / spacing_of(source);
+  const position_set central = central_stems(source, max_queried);
+  const prepared_stems prepared = prepare_stems(std::move(target), true, exec);
+
+  position_set mirrored = central;
+  for (vec3& p : mirrored.at) p.y = -p.y;
+  if (const auto h = match_at_sight(mirrored, prepared, exec); explains_better(h, log10_nfa))
+    return "matching: the mirror image of source fits " + std::to_string(h.correspondences.size()) +
+           " stems: are x and y of one map swapped?";
+
+  constexpr unit_factor units[] = {{0.3048, "source in feet and target in metres"},
+                                   {1 / 0.3048, "source in metres and target in feet"},
+                                   {0.01, "source in centimetres and target in metres"},
+                                   {100, "source in metres and target in centimetres"},
+                                   {0.001, "source in millimetres and target in metres"},
+                                   {1000, "source in metres and target in millimetres"}};
+  for (const unit_factor& u : units) {
+    constexpr double max_off = 2;  // of maps that show different parts of a stand
+    if (std::max(ratio / u.factor, u.factor / ratio) > max_off) continue;
+    position_set scaled = central;
+    for (vec3& p : scaled.at) p = u.factor * p;
+    scaled.cell_area *= u.factor * u.factor;
+    if (const auto h = match_at_sight(scaled, prepared, exec); explains_better(h, log10_nfa))
+      return "matching: with source " + std::to_string(u.factor) + " times as large " +
+             std::to_string(h.correspondences.size()) + " stems fit: is " + u.unit + "?";
+  }
+  return {};
+}
+
+}  // namespace globalmatch::detail
