@@ -96,6 +96,8 @@ TEST_CASE("what is not significant is not registered, and the reason says so") {
   CHECK_THAT(decided(5).reason, Catch::StartsWith("matching: ") && Catch::Contains("10 stems") &&
                                     Catch::Contains("not significant") && Catch::Contains("overlap"));
   CHECK(decided(-2.99, {.max_nfa = 0.01}).outcome == outcome::registered);
+  CHECK(decided(-4.99, {.comparisons = 100}).outcome == outcome::not_registered);
+  CHECK(decided(-5.01, {.comparisons = 100}).outcome == outcome::registered);
 }
 
 TEST_CASE("an alternative that explains the stems half as well or better makes the best ambiguous") {
@@ -196,6 +198,9 @@ TEST_CASE("decision options that make no sense are named") {
   for (const double bad : {-0.1, std::numeric_limits<double>::quiet_NaN()})
     CHECK_THROWS_WITH(require_valid(decision_options{.min_minor_axis_sigma = bad}),
                       Catch::Contains("decision.min_minor_axis_sigma"));
+  for (const double bad : {0.9, -1.0, HUGE_VAL, std::numeric_limits<double>::quiet_NaN()})
+    CHECK_THROWS_WITH(require_valid(decision_options{.comparisons = bad}),
+                      Catch::Contains("decision.comparisons"));
   for (const double bad : {0.0, -0.1, std::numeric_limits<double>::quiet_NaN()}) {
     CHECK_THROWS_WITH(require_valid(decision_options{.max_nfa = bad}), Catch::Contains("decision.max_nfa"));
     CHECK_THROWS_WITH(require_valid(decision_options{.alternative_share = bad}),

@@ -206,4 +206,43 @@ TEST_CASE("equal coordinates are no evidence where both maps are in wide steps")
   CHECK(score(0.25) > 1);
 }
 
+TEST_CASE("residuals of zero are certain on an exact lattice, and no evidence") {
+  const position_set source = scenes::set_in_order(scenes::lattice(9, 9, 3)), target = source;
+  const matching_context maps(source, target, true, four);
+  const null_model null(maps, std::vector<double>{0.02, 0.1});
+  const null_model::residual_set set = null.residuals_under({}, 0.1);
+  REQUIRE(set.residuals.size() == 81);
+  CHECK(set.cumulative_probability.back() > 75);
+  local_hypothesis h;
+  h.inlier_threshold = 0.1;
+  null.score(h, set);
+  CHECK(h.log10_nfa > 0);
+  CHECK(h.log10_nfa_poisson < -100);
+}
+
+TEST_CASE("fewer pairs than the least number are not significant though they are exact, and more are") {
+  random_source random(24);
+  const position_set source = scenes::set_in_order(scenes::random_stems(random, 60, 40, 40)),
+                     target = scenes::set_in_order(scenes::random_stems(random, 60, 40, 40));
+  const matching_context maps(source, target, true, four);
+  for (const double inlier_threshold : {0.2, 0.4, 0.6}) {
+    const std::vector<double> thresholds = {inlier_threshold};
+    const null_model null(maps, thresholds);
+    const std::size_t least = null.min_pairs(thresholds);
+    REQUIRE(least > 4);
+    const auto log10_nfa = [&](std::size_t pairs) {
+      null_model::residual_set set;
+      set.expected = 60;
+      set.residuals.assign(pairs, 0);
+      set.cumulative_probability.assign(pairs, 0);
+      return null.log10_nfa(set, inlier_threshold);
+    };
+    CHECK(log10_nfa(least) <= 0);
+    CHECK(log10_nfa(least - 1) > 0);
+  }
+  const std::vector<double> both = {0.05, 0.6}, fine = {0.05};
+  const null_model null(maps, both);
+  CHECK(null.min_pairs(both) == null.min_pairs(fine));
+}
+
 }  // namespace globalmatch

@@ -96,7 +96,7 @@ TEST_CASE("refitting takes the best of the thresholds that it is given") {
 
 TEST_CASE("what a lattice explains is no evidence once the null model knows of it") {
   random_source random(5);
-  positions planted = scenes::lattice(9, 8, 3);
+  positions planted = scenes::noisy(scenes::lattice(9, 8, 3), 0.02, random);
   const std::size_t rows = planted.size();
   for (const Eigen::Vector3d& p : scenes::random_stems(random, 500, 90, 90))
     planted.push_back(p + Eigen::Vector3d(40, 0, 0));

@@ -1,5 +1,7 @@
 #include "globalmatch/stem_matching.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -511,15 +513,18 @@ TEST_CASE("the matching funnel counts what each step of Algorithm 1 left") {
   CHECK(result.inlier_threshold == 0.05);
 }
 
-TEST_CASE("the matching funnel counts queries and candidates of the triangle index") {
+TEST_CASE("the matching funnel counts queries and candidates, of triangles or in small maps of stars") {
   random_source random(5);
-  const positions stems = scenes::random_stems(random, 15, 20, 20);
-  const matching result = match_stems(stems, stems);
-  CHECK(result.funnel.source_stems == 15);
-  CHECK(result.funnel.target_triangles == 15 * 14 * 13 / 6);  // every one, in so small a map
-  CHECK(result.funnel.source_triangles > 0);
-  CHECK(result.funnel.local_pairs > 0);
-  CHECK(result.funnel.correspondences == 15);
+  for (const std::size_t size : {15u, 150u}) {
+    const positions stems = scenes::random_stems(random, size, 60, 60);
+    const matching result = match_stems(stems, stems);
+    CHECK(result.funnel.source_stems == size);
+    CHECK(result.funnel.target_triangles >= size);
+    CHECK(result.funnel.source_triangles > 0);
+    CHECK(result.funnel.local_pairs > 0);
+    CHECK(result.funnel.tested > 0);
+    CHECK(result.funnel.correspondences == size);
+  }
 }
 
 TEST_CASE("both proposals find the same transform") {
@@ -796,6 +801,56 @@ TEST_CASE("the eight rioja pairs are within 1 degree and 0.3 m of their best fit
     CHECK(std::abs(std::remainder(yaw - reference.yaw, 2 * std::numbers::pi)) < std::numbers::pi / 180);
     CHECK((transform.translation().head<2>() - reference.shift).norm() < 0.3);
   }
+}
+
+TEST_CASE(
+    "a given transform is scored as it is: the true one is significant with fewer stems than a search "
+    "needs") {
+  std::size_t significant = 0, found = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    random_source random(seed);
+    const positions stems = scenes::random_stems(random, 36, 60, 30);
+    const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+    const positions source(stems.begin(), stems.begin() + 20),
+        target =
+            scenes::noisy(scenes::moved(truth, positions(stems.begin() + 16, stems.end())), 0.02, random);
+    const hypothesis h = score_transform(source, target, truth);
+    CHECK(h.target_from_source.matrix() == truth.matrix());
+    CHECK(h.correspondences.size() >= 3);
+    significant += h.log10_nfa < -3;
+    found += match_stems(source, target).outcome == outcome::registered;
+    const Eigen::Isometry3d wrong = Eigen::Translation3d(1, -1, 0) * truth;
+    CHECK(score_transform(source, target, wrong).log10_nfa > -1);
+  }
+  CHECK(significant >= 9);
+  CHECK(found < significant);
+}
+
+TEST_CASE(
+    "a given transform is scored in the caller's frames and order, at the threshold that is asked for") {
+  random_source random(5);
+  const positions target = scenes::random_stems(random, 30, 40, 40);
+  const Eigen::Isometry3d truth = scenes::random_levelled_transform(random);
+  positions source = scenes::moved(truth.inverse(), target);
+  std::reverse(source.begin(), source.end());
+  const hypothesis h = score_transform(source, target, truth, {.inlier_threshold = 0.3});
+  CHECK(h.inlier_threshold == 0.3);
+  REQUIRE(h.correspondences.size() == 30);
+  for (const correspondence& c : h.correspondences) CHECK(c.source + c.target == 29);
+  CHECK(h.rms < 1e-9);
+  CHECK(score_transform(source, scenes::noisy(target, 0.01, random), truth).inlier_threshold < 0.1);
+}
+
+TEST_CASE("a transform that is not finite, and six degrees of freedom without heights, are refused by name") {
+  const positions stems = {{0, 0, 0}, {1, 2, 3}, {4, 1, 1}};
+  Eigen::Isometry3d bad = Eigen::Isometry3d::Identity();
+  bad.translation().x() = NAN;
+  CHECK_THROWS_WITH(score_transform(stems, stems, bad), Catch::Contains("target_from_source"));
+  const std::vector<Eigen::Vector2d> flat = {{0, 0}, {1, 2}, {4, 1}};
+  CHECK_THROWS_WITH(
+      score_transform(flat, flat, Eigen::Isometry3d::Identity(), {.dof = degrees_of_freedom::six}),
+      Catch::Contains("dof"));
+  CHECK(score_transform(positions{}, stems, Eigen::Isometry3d::Identity()).correspondences.empty());
 }
 
 }  // namespace globalmatch

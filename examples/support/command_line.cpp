@@ -44,6 +44,11 @@ void shared_options::add_matching_to(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->type_name("M");
   app.add_flag("--horizontal", horizontal, "ignore the heights of the stems");
+  app.add_option(
+         "--comparisons", comparisons,
+         "pairs of maps that are compared, of which most have nothing in common: each needs more evidence")
+      ->check(CLI::Range(1.0, 1e12))
+      ->capture_default_str();
   app.add_flag("--require-height", require_height,
                "a transform whose height is not known counts as none (exit status 1)");
 }
@@ -82,6 +87,7 @@ matching_options shared_options::for_matching() const {
   if (dof != "auto") options.dof = dof == "6" ? degrees_of_freedom::six : degrees_of_freedom::four;
   options.inlier_threshold = tolerance;
   options.horizontal = horizontal;
+  options.decision.comparisons = comparisons;
   return options;
 }
 

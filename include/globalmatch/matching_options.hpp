@@ -21,8 +21,10 @@ struct decision_options {
   int min_correspondences = 4;  ///< stems in both maps (ours)
   double min_minor_axis_sigma =
       0.5;  ///< [m] standard deviation of these across the line that fits them best (ours)
-  /// Number of false alarms: transforms expected to do as well at random. One to be trusted has fewer (ours).
+  /// Number of false alarms (NFA): false registrations that are expected of unrelated maps. The transform of
+  /// one comparison, or of all `comparisons` together, has fewer (ours).
   double max_nfa = 1e-3;
+  double comparisons = 1;  ///< pairs of maps that the caller compares, of which most are unrelated
   /// An alternative whose log10 NFA is at least this share of the best one's makes it ambiguous (ours).
   double alternative_share = 0.5;
 };
@@ -34,9 +36,18 @@ inline void require_valid(const decision_options& options) {
   if (!(options.min_minor_axis_sigma >= 0))
     throw std::invalid_argument("decision.min_minor_axis_sigma must not be negative");
   if (!(options.max_nfa > 0)) throw std::invalid_argument("decision.max_nfa must be positive");
+  if (!(options.comparisons >= 1 && std::isfinite(options.comparisons)))
+    throw std::invalid_argument("decision.comparisons must be at least 1 and finite");
   if (!(options.alternative_share > 0 && options.alternative_share <= 1))
     throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
 }
+
+namespace detail {
+/// log10 of the largest NFA of one comparison.
+inline double max_log10_nfa(const decision_options& options) {
+  return std::log10(options.max_nfa) - std::log10(options.comparisons);
+}
+}  // namespace detail
 
 struct matching_options {
   /// Empty: four, or six where a scan is rotated beyond doubt ([GM] 3.3 prefers four for levelled scans).

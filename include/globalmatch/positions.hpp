@@ -130,7 +130,7 @@ inline bool heights_differ(const std::vector<vec3>& at) {
 /// `horizontal`.
 inline std::size_t drop_coincident(std::vector<given_position>& given, bool horizontal) {
   constexpr double max_distance = 0.15, share_of_spacing = 0.05;
-  constexpr std::size_t poll_interval = 4096;
+  constexpr std::size_t between_polls = 4096;
   if (given.size() < 2) return 0;
   double low = given.front().numbers[1], high = low;
   for (const given_position& g : given) {
@@ -141,7 +141,7 @@ inline std::size_t drop_coincident(std::vector<given_position>& given, bool hori
   const double distance = std::min(max_distance, share_of_spacing * std::sqrt(area / double(given.size())));
   std::size_t kept = 0, first = 0;  // of those that may be near
   for (std::size_t i = 0; i < given.size(); ++i) {
-    if (i % poll_interval == 0) poll_cancelled();
+    if (i % between_polls == 0) poll_cancelled();
     const double x = given[i].numbers[0], y = given[i].numbers[1];
     while (first < kept && x - given[first].numbers[0] > distance) ++first;
     std::size_t k = first;

@@ -54,6 +54,12 @@ GLOBALMATCH_INLINE matching match_positions(const position_set& source, const pr
                                             const matching_options& options, const execution& exec,
                                             build_mode = {});
 
+/// `score_transform` for positions in the internal representation.
+GLOBALMATCH_INLINE hypothesis score_given(const position_set& source, const position_set& target,
+                                          const Eigen::Isometry3d& target_from_source,
+                                          const matching_options& options, const execution& exec,
+                                          build_mode = {});
+
 /// `prepare_map` for positions in the internal representation.
 GLOBALMATCH_INLINE std::shared_ptr<const prepared_stems> prepare_positions(position_set stems,
                                                                            bool horizontal_distances,
@@ -117,6 +123,21 @@ matching match_stems(const Source& source, const Target& target, const matching_
     return detail::cancelled_matching(e);
   }
 }
+
+/// Scores a transform that was not found by matching: a guess, a prior, that of another program. Nothing is
+/// searched or fitted. Of the hypothesis that is returned `target_from_source` is the given one, the stems
+/// are paired at the inlier threshold of the smallest NFA, or at that of the options, and the NFA is that of
+/// this one transform: as many stems are as near at random, at some threshold. Throws as `match_stems` does,
+/// and `std::invalid_argument` for a transform that is not finite. Cost: linear in the stems.
+template <position_range Source, position_range Target>
+hypothesis score_transform(const Source& source, const Target& target,
+                           const Eigen::Isometry3d& target_from_source, const matching_options& options = {},
+                           const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(), const execution& exec = {}) {
+  require_valid(options);
+  return detail::score_given(import_positions(source, up, "source", exec),
+                             import_positions(target, up, "target", exec), target_from_source, options, exec);
+}
+
 }  // namespace globalmatch
 
 #if !defined(GLOBALMATCH_COMPILED)

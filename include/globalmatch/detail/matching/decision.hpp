@@ -56,7 +56,7 @@ inline double probability_of(std::span<const local_hypothesis> hypotheses,
   const double odds = constant + nfa_coefficient * e.log10_nfa + lead_coefficient * e.lead +
                       pairs_coefficient * std::log(e.pairs);
   const double probability = 1 / (1 + std::exp(-odds));
-  const bool not_significant = hypotheses[0].log10_nfa > std::log10(options.max_nfa);
+  const bool not_significant = hypotheses[0].log10_nfa > max_log10_nfa(options);
   return not_significant ? std::min(probability, max_if_insignificant) : probability;
 }
 
@@ -112,10 +112,9 @@ inline decision decide(std::span<const local_hypothesis> hypotheses, const match
             text({"matching: the ", pairs,
                   " paired stems lie in a line; scans with a wider overlap are needed"})};
   const std::size_t second = hypotheses.size() > 1 ? hypotheses[1].correspondences.size() : 0;
-  const bool not_significant = best.log10_nfa > std::log10(options.max_nfa);
+  const bool not_significant = best.log10_nfa > max_log10_nfa(options);
   // A plantation explains every shift along itself: so many stems are paired, and that is no evidence.
-  const bool alternative_on_lattice =
-      not_significant && best.log10_nfa_poisson <= std::log10(options.max_nfa);
+  const bool alternative_on_lattice = not_significant && best.log10_nfa_poisson <= max_log10_nfa(options);
   const bool alternative =
       second > 0 && hypotheses[1].log10_nfa <= options.alternative_share * best.log10_nfa;
   if (alternative_on_lattice || (!not_significant && alternative))

@@ -106,7 +106,8 @@ inline std::string describe_likely_cause(const position_set& source, position_se
   if (std::min(source.size(), target.size()) < min_stems) return {};
   const double ratio = spacing_of(target) / spacing_of(source);
   const position_set central = central_stems(source, max_queried);
-  const prepared_stems prepared = prepare_stems(std::move(target), true, exec);
+  const prepared_stems prepared = prepare_stems(std::move(target), true, exec, 0, false);
+  if (prepared.background->has_lattice()) return {};  // which is its own mirror image
 
   position_set mirrored = central;
   for (vec3& p : mirrored.at) p.y = -p.y;
@@ -131,6 +132,30 @@ inline std::string describe_likely_cause(const position_set& source, position_se
              std::to_string(h.correspondences.size()) + " stems fit: is " + u.unit + "?";
   }
   return {};
+}
+
+/// Whether a registration rests on so little that another explanation must be looked for.
+inline bool is_doubtful(const matching& result) {
+  constexpr double min_doubtful = -15;  // log10 NFA
+  return result.outcome == outcome::not_registered ||
+         (result.outcome == outcome::registered && result.hypotheses.front().log10_nfa > min_doubtful);
+}
+
+/// Says what is likely to be wrong with maps that do not match, or that match less well than the mirror image
+/// of one does: these are not registered.
+inline matching with_likely_cause(matching&& result, const position_set& source, const position_set& target,
+                                  const execution& exec) {
+  if (!is_doubtful(result)) return std::move(result);
+  const double log10_nfa = result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
+  std::string cause = describe_likely_cause(source, target, log10_nfa, exec);
+  if (cause.empty()) return std::move(result);
+  result.outcome = outcome::not_registered;
+  result.reason = std::move(cause);
+  result.probability = 0;
+  result.target_from_source.reset();
+  result.uncertainty.reset();
+  result.vertical.reset();
+  return std::move(result);
 }
 
 }  // namespace globalmatch::detail

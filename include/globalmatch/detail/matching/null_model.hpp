@@ -29,7 +29,8 @@ class null_model {
         target_(std::move(target_background)),
         source_extent_(extent(context.source)),
         step_(step_of(std::min(context.source.cell_area, context.target.cell_area))),
-        thresholds_(std::max<std::size_t>(1, thresholds.size())) {
+        thresholds_(std::max<std::size_t>(1, thresholds.size())),
+        least_(compute(min_residual)) {
     for (const auto& asked : {thresholds, others})
       for (const double inlier_threshold : asked) insert(compute(inlier_threshold));
   }
@@ -45,9 +46,12 @@ class null_model {
 
   /// From now on chance is at least as good as it is along the lattice of these stems.
   void include_lattice_of(const background_density& plantation) {
-    for (probabilities& known : known_)
+    const auto include = [&](probabilities& known) {
       known.inlier_probability = std::max(
           known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold + step_));
+    };
+    include(least_);
+    for (probabilities& known : known_) include(known);
   }
 
   /// Residuals of source stems under a transform.
@@ -119,6 +123,22 @@ class null_model {
                      at(inlier_threshold).inlier_probability);
   }
 
+  /// The fewest pairs that may be significant at one of some thresholds [m], were they exact: with an NFA
+  /// of 1.
+  std::size_t min_pairs(std::span<const double> thresholds) const {
+    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
+    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
+    std::size_t fewest = smaller + 1;
+    for (const double inlier_threshold : thresholds) {
+      const double tests = std::log(number_of_tests(inlier_threshold)),
+                   p = inlier_probability(inlier_threshold);
+      for (std::size_t pairs = 3; pairs < fewest; ++pairs)
+        if (tests + log_uniform_sum_tail(double(pairs) - fixing, double(smaller) - fixing, p) <= 0)
+          fewest = pairs;
+    }
+    return std::max<std::size_t>(4, fewest);
+  }
+
   /// Scores a hypothesis, whose residuals are `set`, at its threshold.
   void score(local_hypothesis& h, const residual_set& set) const {
     h.log10_nfa = log10_nfa(set, h.inlier_threshold);
@@ -127,7 +147,23 @@ class null_model {
                   h.inlier_threshold, at(h.inlier_threshold).poisson_inlier_probability);
   }
 
+  /// The same for a transform that was not searched for: the tests are the thresholds, and no pairs fix it.
+  void score_given(local_hypothesis& h, const residual_set& set) const {
+    const auto scored = [&](const std::vector<double>& cumulative_probability, double inlier_probability) {
+      return (std::log(double(thresholds_)) +
+              log_tail(set, cumulative_probability, h.inlier_threshold, inlier_probability, 0)) /
+             std::numbers::ln10;
+    };
+    const probabilities known = at(h.inlier_threshold);
+    h.log10_nfa = scored(set.cumulative_probability, known.inlier_probability);
+    h.log10_nfa_poisson =
+        scored(cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
+               known.poisson_inlier_probability);
+  }
+
  private:
+  static constexpr double min_residual = 1e-4;  // [m] no position is known better
+
   /// What is known at a threshold [m].
   struct probabilities {
     double inlier_threshold, inlier_probability, poisson_inlier_probability;
@@ -154,14 +190,13 @@ class null_model {
 
   /// Sums of the probabilities of being as near, of the first residuals [m, increasing]. Between the
   /// thresholds that are known they grow with the area of the circle. Copied stems, whose residuals are 0,
-  /// are as probable as others.
+  /// are as probable as others, and those of an exact lattice are certain.
   std::vector<double> cumulative_probabilities(const std::vector<double>& residuals,
                                                double probabilities::*of) const {
-    constexpr double min_residual = 1e-4;  // [m] no position is known better
     const auto square = [](double d) { return d * d; };
     std::vector<double> sums;
     sums.reserve(residuals.size());
-    probabilities below = step_ > 0 ? compute(0) : probabilities{0, 0, 0};
+    probabilities below = least_;
     std::size_t above = 0;
     double sum = 0;
     for (const double given : residuals) {
@@ -183,14 +218,19 @@ class null_model {
   double log10_nfa(const residual_set& set, const std::vector<double>& cumulative_probability,
                    double inlier_threshold, double inlier_probability) const {
     const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
+    return (std::log(number_of_tests(inlier_threshold)) +
+            log_tail(set, cumulative_probability, inlier_threshold, inlier_probability, fixing)) /
+           std::numbers::ln10;
+  }
+
+  /// Logarithm of the probability under the null model that as many stems are as near, but for the pairs that
+  /// fix the transform.
+  double log_tail(const residual_set& set, const std::vector<double>& cumulative_probability,
+                  double inlier_threshold, double inlier_probability, double fixing) const {
     const double matched = set.matched(inlier_threshold);
-    double tail = 0;
-    if (matched > fixing) {
-      const double near = matched - cumulative_probability[std::size_t(matched) - 1] / inlier_probability;
-      tail =
-          log_uniform_sum_tail(near - fixing, std::max(set.expected, matched) - fixing, inlier_probability);
-    }
-    return (std::log(number_of_tests(inlier_threshold)) + tail) / std::numbers::ln10;
+    if (matched <= fixing) return 0;
+    const double near = matched - cumulative_probability[std::size_t(matched) - 1] / inlier_probability;
+    return log_uniform_sum_tail(near - fixing, std::max(set.expected, matched) - fixing, inlier_probability);
   }
 
   /// Transforms that two pairs of stems fix (three in 6-DoF), at each of the thresholds: any two source
@@ -212,6 +252,7 @@ class null_model {
   double source_extent_ = 0;          // [m]
   double step_ = 0;                   // [m] of both maps, see `step_of`
   std::size_t thresholds_ = 1;        // that stems may be paired at
+  probabilities least_;               // at the smallest residual
   std::vector<probabilities> known_;  // by increasing threshold
 };
 

@@ -16,6 +16,7 @@
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/score_hypothesis.hpp"
+#include "globalmatch/detail/matching/star_search.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/matching_options.hpp"
@@ -28,6 +29,11 @@ namespace globalmatch::detail {
 inline constexpr double proposal_thresholds[] = {0.05, 0.1, 0.2, 0.4};
 inline constexpr double pairing_thresholds[] = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                 0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
+
+/// Whether maps of so many stems are searched by stars, in plan: triangles are not needed then.
+inline bool are_for_stars(std::size_t smaller, std::size_t larger) {
+  return smaller <= exhaustive_max_stems && larger <= retry_max_stems;
+}
 
 /// The background density of the target stems that a hypothesis pairs: some thousands from one place where
 /// there are more, and none where they are too few to tell a lattice from chance. They may be planted though
@@ -51,13 +57,15 @@ class position_evidence {
   using thresholds = std::span<const double>;
 
  public:
-  /// What is looked at is added to `funnel`.
+  /// What is looked at is added to `funnel`. `exhaustive`: small maps are searched for whatever a few stems
+  /// may show.
   position_evidence(const matching_context& context, const prepared_stems& target,
-                    const matching_options& options, matching_funnel& funnel)
+                    const matching_options& options, matching_funnel& funnel, bool exhaustive = true)
       : context_(context),
         target_(target),
         options_(options),
         funnel_(funnel),
+        exhaustive_(exhaustive),
         proposing_(options.inlier_threshold ? thresholds(&*options.inlier_threshold, 1)
                                             : thresholds(proposal_thresholds)),
         pairing_(options.inlier_threshold ? proposing_ : thresholds(pairing_thresholds)),
@@ -118,12 +126,21 @@ class position_evidence {
     return hypotheses;
   }
 
-  /// By the index. Small maps are searched again, exhaustively, when nothing was found.
+  /// By the index. Small maps are searched by the distances of all stems, or again, exhaustively, when
+  /// nothing was found.
   std::vector<local_hypothesis> propose_by_index(std::size_t maximum) const {
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
     const std::size_t larger = std::max(context_.source.size(), context_.target.size());
     const bool few = smaller <= exhaustive_max_stems;
     std::vector<local_hypothesis> hypotheses;
+    if (!exhaustive_) {
+      search(target_.triangles, false, maximum, hypotheses);
+      return hypotheses;
+    }
+    if (context_.horizontal_distances() && are_for_stars(smaller, larger)) {
+      search_stars(maximum, hypotheses);
+      return hypotheses;
+    }
     if (few && larger > retry_max_stems && search(target_.triangles, false, maximum, hypotheses))
       return hypotheses;
     if (search(target_.triangles, few, maximum, hypotheses)) return hypotheses;
@@ -132,6 +149,27 @@ class position_evidence {
                             exhaustive_neighbors, context_.exec),
              true, maximum, hypotheses);
     return hypotheses;
+  }
+
+  /// By the distances of all stems from each other.
+  void search_stars(std::size_t maximum, std::vector<local_hypothesis>& hypotheses) const {
+    std::vector<std::vector<star_ray>> stars;
+    for (stem_index k = 0; k < context_.target.size(); ++k) stars.push_back(star_of(context_.target, k));
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < proposing_.size(); ++i) {
+      // Coarser thresholds are those of the next proposal; those beyond the coarsest one are its own.
+      std::size_t end = pairing_.size();
+      if (i + 1 < proposing_.size())
+        end =
+            std::size_t(std::upper_bound(pairing_.begin(), pairing_.end(), proposing_[i]) - pairing_.begin());
+      const auto significant_at = end > first ? pairing_.subspan(first, end - first) : pairing_;
+      first = std::max(first, end);
+      for (local_hypothesis& h :
+           match_by_stars(context_, stars, proposing_[i], null_model_, significant_at, pairing_, funnel_))
+        add_distinct(std::move(h), hypotheses, context_);
+      keep_best(hypotheses, maximum);
+      if (is_sufficient(hypotheses)) return;
+    }
   }
 
   /// Whether something was found that is sufficient.
@@ -151,6 +189,7 @@ class position_evidence {
   const prepared_stems& target_;
   const matching_options& options_;
   matching_funnel& funnel_;
+  bool exhaustive_;
   thresholds proposing_, pairing_;  // [m]
   null_model null_model_;
 };

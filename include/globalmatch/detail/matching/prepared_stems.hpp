@@ -37,14 +37,14 @@ inline prepared_stems without_triangles(position_set stems, bool horizontal_dist
 }
 
 /// `min_queried`: maps that are matched against it have so many stems or more, and find the triangles of only
-/// some of its own.
+/// some of its own. `exhaustive`: small maps get as many triangles as maps need that share only few stems.
 inline prepared_stems prepare_stems(position_set stems, bool horizontal_distances, const execution& exec,
-                                    std::size_t min_queried = 0) {
+                                    std::size_t min_queried = 0, bool exhaustive = true) {
   constexpr std::size_t target_neighbors = 5;      // stems around each that make triangles (ours)
   constexpr std::size_t sufficient_stems = 20000;  // of larger maps, share enough triangles (ours)
   prepared_stems map = without_triangles(std::move(stems), horizontal_distances, exec);
   const std::size_t neighbors =
-      map.stems.size() <= exhaustive_max_stems ? exhaustive_neighbors : target_neighbors;
+      exhaustive && map.stems.size() <= exhaustive_max_stems ? exhaustive_neighbors : target_neighbors;
   const std::size_t step =
       std::max<std::size_t>(1, std::min(min_queried, map.stems.size()) / sufficient_stems);
   map.triangles = triangle_index(map.stems, *map.index, horizontal_distances, neighbors, exec, step);

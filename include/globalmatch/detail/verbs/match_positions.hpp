@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -122,7 +123,7 @@ inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, cons
   std::size_t kept = std::min<std::size_t>(2, hypotheses.size());
   for (std::size_t i = kept; i < hypotheses.size(); ++i) {
     local_hypothesis& h = hypotheses[i];
-    if (std::min(h.log10_nfa, h.log10_nfa_poisson) > std::log10(options.max_nfa)) continue;
+    if (std::min(h.log10_nfa, h.log10_nfa_poisson) > max_log10_nfa(options)) continue;
     if (kept != i) hypotheses[kept] = std::move(h);
     ++kept;
   }
@@ -144,6 +145,8 @@ inline void conclude(matching& result, std::vector<local_hypothesis>&& hypothese
   result.outcome = decided.outcome;
   result.reason = std::move(decided.reason);
   result.probability = probability_of(hypotheses, options.decision);
+  if (result.outcome == outcome::ambiguous)  // one of two that are about as good, or of more
+    result.probability = std::min(result.probability, 0.5);
   if (hypotheses.empty()) {
     result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds[3]);
     return;
@@ -181,10 +184,24 @@ inline void require_prepared_for(const prepared_stems& target, const position_se
                              : "target was prepared for horizontal distances; prepare it with dof six");
 }
 
+/// Says of maps on a lattice each, of which no transform is better than others, that it is this.
+inline void tell_of_lattices(matching& result, const plantation& planted, std::size_t stems) {
+  constexpr double enough = 0.5;  // of the stems are paired, or none as each transform pairs as many
+  const bool few =
+      result.funnel.correspondences > 0 && double(result.funnel.correspondences) < enough * double(stems);
+  if (result.outcome != outcome::not_registered || !planted.source || !planted.target || few) return;
+  result.outcome = outcome::ambiguous;
+  result.probability = std::min(result.probability, 0.5);
+  result.reason =
+      "matching: the stems of both maps stand on a lattice, and fit as well when they are shifted along it; "
+      "gaps in it, or stems beside it, are needed to distinguish them";
+}
+
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
-/// prepared map is the caller's source.
+/// prepared map is the caller's source; `exhaustive` as in `position_evidence`.
 inline matching match_prepared(const position_set& source, const prepared_stems& target,
-                               const matching_options& options, const execution& exec, bool swapped = false) {
+                               const matching_options& options, const execution& exec, bool swapped = false,
+                               bool exhaustive = true) {
   require_prepared_for(target, source, options);
   const parallel_scope scope(exec, "verification");
   matching result;
@@ -201,7 +218,7 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   result.funnel.source_coincident = source.coincident;
   result.funnel.target_coincident = target.stems.coincident;
 
-  position_evidence positions(context, target, options, result.funnel);
+  position_evidence positions(context, target, options, result.funnel, exhaustive);
   std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
   if (!hypotheses.empty()) {
     refine(hypotheses, positions, context);
@@ -219,44 +236,24 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
   if (const auto& lattice = swapped ? planted.source : planted.target)
     result.lattice.emplace(planting_lattice{to_eigen(lattice->first), to_eigen(lattice->second)});
   conclude(result, std::move(hypotheses), swapped ? context.reversed() : context, options);
+  tell_of_lattices(result, planted, std::min(source.size(), target.stems.size()));
   return result;
 }
 
 /// Matches sets of positions by one way of measuring distances: the larger one is indexed, the smaller one
 /// queries.
 inline matching match_once(position_set source, position_set target, const matching_options& options,
-                           const execution& exec) {
+                           const execution& exec, bool exhaustive = true) {
   if (options.proposal == proposal::algorithm_1)
     return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
   const bool horizontal_distances = options.dof != degrees_of_freedom::six,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
-  const prepared_stems prepared = prepare_stems(std::move(target), horizontal_distances, exec, source.size());
-  return match_prepared(source, prepared, options, exec, swapped);
-}
-
-/// Whether a registration rests on so little that another explanation must be looked for.
-inline bool is_doubtful(const matching& result) {
-  constexpr double min_doubtful = -15;  // log10 NFA
-  return result.outcome == outcome::not_registered ||
-         (result.outcome == outcome::registered && result.hypotheses.front().log10_nfa > min_doubtful);
-}
-
-/// Says what is likely to be wrong with maps that do not match, or that match less well than the mirror image
-/// of one does: these are not registered.
-inline matching with_likely_cause(matching&& result, const position_set& source, const position_set& target,
-                                  const execution& exec) {
-  if (!is_doubtful(result)) return std::move(result);
-  const double log10_nfa = result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
-  std::string cause = describe_likely_cause(source, target, log10_nfa, exec);
-  if (cause.empty()) return std::move(result);
-  result.outcome = outcome::not_registered;
-  result.reason = std::move(cause);
-  result.probability = 0;
-  result.target_from_source.reset();
-  result.uncertainty.reset();
-  result.vertical.reset();
-  return std::move(result);
+  const bool by_stars = exhaustive && horizontal_distances && are_for_stars(source.size(), target.size());
+  const prepared_stems prepared =
+      by_stars ? without_triangles(std::move(target), true, exec)
+               : prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
+  return match_prepared(source, prepared, options, exec, swapped, exhaustive);
 }
 
 /// Where nothing is significant in plan the scans may be rotated by so much that only distances in space
@@ -272,7 +269,7 @@ inline matching match_as_options_say(position_set source, position_set target,
   matching_options rotating = options;
   rotating.dof = degrees_of_freedom::six;
   rotating.decision.max_nfa /= 2;
-  matching in_space = match_once(std::move(source), std::move(target), rotating, exec);
+  matching in_space = match_once(std::move(source), std::move(target), rotating, exec, false);
   const bool rotated = in_space.outcome == outcome::registered && in_space.vertical->tilt < max_tilt;
   return rotated ? in_space : by_positions;
 }
@@ -289,6 +286,36 @@ GLOBALMATCH_INLINE matching match_positions(const position_set& source, const pr
                                             const matching_options& options, const execution& exec,
                                             build_mode) {
   return match_prepared(source, target, options, exec);
+}
+
+GLOBALMATCH_INLINE hypothesis score_given(const position_set& source, const position_set& target,
+                                          const Eigen::Isometry3d& target_from_source,
+                                          const matching_options& options, const execution&, build_mode) {
+  if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.has_heights))
+    throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
+  const matching_context context(source, target, true, options.dof.value_or(degrees_of_freedom::four));
+  const rigid given = from_eigen(target_from_source);
+  if (!is_finite(given)) throw std::invalid_argument("target_from_source is not finite");
+  const std::span<const double> thresholds = options.inlier_threshold
+                                                 ? std::span(&*options.inlier_threshold, 1)
+                                                 : std::span<const double>(pairing_thresholds);
+  const null_model null(context, thresholds);
+  local_hypothesis h;
+  h.target_from_source = target.frame.local_from_scan() * given * source.frame.local_from_scan().inverse();
+  const null_model::residual_set set = null.residuals_under(h.target_from_source, thresholds.back());
+  h.log10_nfa = std::numeric_limits<double>::infinity();
+  for (const double inlier_threshold : thresholds) {
+    local_hypothesis at_threshold;
+    at_threshold.target_from_source = h.target_from_source;
+    at_threshold.inlier_threshold = inlier_threshold;
+    null.score_given(at_threshold, set);
+    if (at_threshold.log10_nfa < h.log10_nfa) h = std::move(at_threshold);
+  }
+  h.correspondences = context.pair_stems(h.target_from_source, h.inlier_threshold);
+  h.rms = context.rms(h.target_from_source, h.correspondences);
+  hypothesis scored = in_caller_frames(std::move(h), source, target);
+  scored.target_from_source = target_from_source;
+  return scored;
 }
 
 GLOBALMATCH_INLINE std::shared_ptr<const prepared_stems> prepare_positions(position_set stems,
