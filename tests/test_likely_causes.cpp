@@ -91,6 +91,17 @@ TEST_CASE("maps that have nothing in common have no likely cause, and those that
   }
 }
 
+TEST_CASE("plots far from each other in one map are no other unit, and sparse trees are none") {
+  random_source random(40);
+  positions plots = scenes::random_stems(random, 20, 30, 30);
+  for (const Eigen::Vector3d& p : scenes::random_stems(random, 20, 30, 30))
+    plots.push_back(p + Eigen::Vector3d(5000, 5000, 0));
+  CHECK(describe_wrong_unit(scenes::set_in_order(plots), "source").empty());
+  CHECK(spacing_of(scenes::set_in_order(plots)) < 10);
+  CHECK(unit_by_spacing(scenes::set_in_order(scenes::random_stems(random, 30, 400, 400))).empty());
+  CHECK(unit_by_spacing(scenes::set_in_order(times(1000, plots))) == "millimetres");
+}
+
 TEST_CASE("the central stems are those nearest to the mean") {
   const position_set stems =
       scenes::set_in_order({{0, 0, 1}, {10, 0, 2}, {0, 10, 3}, {10, 10, 4}, {5, 6, 5}});

@@ -88,6 +88,12 @@ TEST_CASE("an exact lattice is ambiguous on another one, whatever its size, its 
     }
 }
 
+TEST_CASE("lattices of different spacings are not registered, and not called ambiguous") {
+  const matching result =
+      match_positions(imported(scenes::lattice(36, 36, 2)), imported(scenes::lattice(36, 36, 3.1)), {}, {});
+  CHECK(result.outcome == outcome::not_registered);
+}
+
 TEST_CASE("what matches upside down in space is not registered unless six degrees of freedom are asked for") {
   random_source random(32);
   positions stems = scenes::random_stems(random, 50, 40, 40);

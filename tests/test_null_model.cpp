@@ -232,7 +232,7 @@ TEST_CASE("fewer pairs than the least number are not significant though they are
     REQUIRE(least > 4);
     const auto log10_nfa = [&](std::size_t pairs) {
       null_model::residual_set set;
-      set.expected = 60;
+      set.expected = 1.5 * double(pairs);
       set.residuals.assign(pairs, 0);
       set.cumulative_probability.assign(pairs, 0);
       return null.log10_nfa(set, inlier_threshold);

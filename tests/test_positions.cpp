@@ -131,6 +131,21 @@ TEST_CASE("how near stems coincide follows from their spacing, whatever the unit
   CHECK(import_positions(stems, z_up, "source").coincident == 1);
 }
 
+TEST_CASE("a row without coordinates does not make one stem of a map in degrees") {
+  random_source random(14);
+  positions stems = scenes::random_stems(random, 100, 40, 40);
+  for (Eigen::Vector3d& p : stems) p = {13.4 + 1e-5 * p.x(), 52.5 + 1e-5 * p.y(), p.z()};
+  stems.push_back({0, 0, 0});
+  CHECK(import_positions(stems, z_up, "source").coincident == 0);
+}
+
+TEST_CASE("stems in a line coincide only where they are equal, and many take no time") {
+  positions stems;
+  for (int i = 0; i < 200000; ++i) stems.push_back({0, 0.5 * (i / 2), 0});
+  const position_set set = import_positions(stems, z_up, "source");
+  CHECK(set.coincident == 100000);
+}
+
 TEST_CASE("where up is along y stems above each other do not coincide, and equal ones do") {
   const positions stems = {{0, 1, 0}, {0, 5, 0}, {30, 2, 8}, {30, 2, 8}, {12, 0, 30}, {3, 40, 21}};
   const position_set set = import_positions(stems, Eigen::Vector3d::UnitY(), "source");

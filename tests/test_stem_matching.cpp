@@ -846,6 +846,11 @@ TEST_CASE("a transform that is not finite, and six degrees of freedom without he
   Eigen::Isometry3d bad = Eigen::Isometry3d::Identity();
   bad.translation().x() = NAN;
   CHECK_THROWS_WITH(score_transform(stems, stems, bad), Catch::Contains("target_from_source"));
+  Eigen::Isometry3d mirrored = Eigen::Isometry3d::Identity(), scaled = mirrored;
+  mirrored.linear()(0, 0) = -1;
+  scaled.linear() *= 1.01;
+  for (const Eigen::Isometry3d& wrong : {mirrored, scaled})
+    CHECK_THROWS_WITH(score_transform(stems, stems, wrong), Catch::Contains("must be a rotation"));
   const std::vector<Eigen::Vector2d> flat = {{0, 0}, {1, 2}, {4, 1}};
   CHECK_THROWS_WITH(
       score_transform(flat, flat, Eigen::Isometry3d::Identity(), {.dof = degrees_of_freedom::six}),

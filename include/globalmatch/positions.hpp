@@ -129,22 +129,23 @@ inline bool heights_differ(const std::vector<vec3>& at) {
 /// how densely the others stand, as coordinates may be of any unit; z has no say where x and y are
 /// `horizontal`.
 inline std::size_t drop_coincident(std::vector<given_position>& given, bool horizontal) {
-  constexpr double max_distance = 0.15, share_of_spacing = 0.05;
+  constexpr double max_distance = 0.15, share_of_spacing = 0.07, of_middle = 0.8 * 0.8;
   constexpr std::size_t between_polls = 4096;
   if (given.size() < 2) return 0;
-  double low = given.front().numbers[1], high = low;
-  for (const given_position& g : given) {
-    low = std::min(low, g.numbers[1]);
-    high = std::max(high, g.numbers[1]);
-  }
-  const double area = (given.back().numbers[0] - given.front().numbers[0]) * (high - low);
-  const double distance = std::min(max_distance, share_of_spacing * std::sqrt(area / double(given.size())));
+  std::vector<double> of_y;
+  for (const given_position& g : given) of_y.push_back(g.numbers[1]);
+  const std::size_t tenth = given.size() / 10, last = given.size() - 1 - tenth;  // outliers do not count
+  const double depth = nth_smallest(of_y, last) - nth_smallest(of_y, tenth),
+               width = given[last].numbers[0] - given[tenth].numbers[0];
+  const double distance = std::min(
+      max_distance, share_of_spacing * std::sqrt(width * depth / (of_middle * double(given.size()))));
   std::size_t kept = 0, first = 0;  // of those that may be near
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (i % between_polls == 0) poll_cancelled();
     const double x = given[i].numbers[0], y = given[i].numbers[1];
     while (first < kept && x - given[first].numbers[0] > distance) ++first;
-    std::size_t k = first;
+    // Equal ones follow each other; where only these coincide no others need be looked at.
+    std::size_t k = distance > 0 || kept == 0 ? first : kept - 1;
     for (; k < kept; ++k) {
       const double dx = x - given[k].numbers[0], dy = y - given[k].numbers[1],
                    dz = horizontal ? 0 : given[i].numbers[2] - given[k].numbers[2];

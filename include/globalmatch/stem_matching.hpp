@@ -127,8 +127,9 @@ matching match_stems(const Source& source, const Target& target, const matching_
 /// Scores a transform that was not found by matching: a guess, a prior, that of another program. Nothing is
 /// searched or fitted. Of the hypothesis that is returned `target_from_source` is the given one, the stems
 /// are paired at the inlier threshold of the smallest NFA, or at that of the options, and the NFA is that of
-/// this one transform: as many stems are as near at random, at some threshold. Throws as `match_stems` does,
-/// and `std::invalid_argument` for a transform that is not finite. Cost: linear in the stems.
+/// this one transform: as many stems are as near at random, at some threshold. Throws `std::invalid_argument`
+/// as `match_stems` does, and for what is no rotation and shift, and `operation_cancelled` when the progress
+/// callback says so while positions are read. Cost: linear in the stems.
 template <position_range Source, position_range Target>
 hypothesis score_transform(const Source& source, const Target& target,
                            const Eigen::Isometry3d& target_from_source, const matching_options& options = {},

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/indexed_matching.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
@@ -63,17 +65,24 @@ struct unit_factor {
   const char* unit;
 };
 
-/// The mean distance [m] of stems, as of a square grid, in a map of any unit.
+/// Distance [m] of stems from their nearest neighbours, the median of some, in a map of any unit.
 inline double spacing_of(const position_set& stems) {
-  return stems.size() < 2
-             ? 0
-             : std::sqrt(middle_extent(stems, 0) * middle_extent(stems, 1) / double(stems.size()));
+  constexpr std::size_t enough = 64;
+  const std::size_t step = (stems.size() + enough - 1) / enough;
+  std::vector<double> nearest;
+  for (std::size_t i = 0; i < stems.size() && stems.size() > 1; i += step) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < stems.size(); ++j)
+      if (j != i) least = std::min(least, (stems.at[j] - stems.at[i]).xy().squared_norm());
+    nearest.push_back(std::sqrt(least));
+  }
+  return nearest.empty() ? 0 : median(nearest);
 }
 
 /// The unit that coordinates seem to have instead of metres, by how far apart stems stand; empty where that
 /// is plausible. Trees stand decimetres to decametres apart.
 inline std::string unit_by_spacing(const position_set& stems) {
-  constexpr double min_spacing = 0.05, min_centimetres = 100, min_millimetres = 1000;  // [m]
+  constexpr double min_spacing = 0.02, min_centimetres = 60, min_millimetres = 600;  // [m]
   const double spacing = spacing_of(stems);
   if (spacing == 0 || stems.size() < 4) return {};
   if (spacing < min_spacing) return "degrees (of longitude and latitude)";
@@ -100,10 +109,8 @@ inline bool explains_better(const local_hypothesis& changed, double log10_nfa) {
 /// cause.
 inline std::string describe_likely_cause(const position_set& source, position_set target, double log10_nfa,
                                          const execution& exec) {
-  constexpr std::size_t min_stems = 8, max_queried = 60;
-  if (std::string wrong = describe_wrong_unit(source, "source"); !wrong.empty()) return wrong;
-  if (std::string wrong = describe_wrong_unit(target, "target"); !wrong.empty()) return wrong;
-  if (std::min(source.size(), target.size()) < min_stems) return {};
+  constexpr std::size_t min_stems = 8, max_queried = 60, max_indexed = 20000;
+  if (std::min(source.size(), target.size()) < min_stems || target.size() > max_indexed) return {};
   const double ratio = spacing_of(target) / spacing_of(source);
   const position_set central = central_stems(source, max_queried);
   const prepared_stems prepared = prepare_stems(std::move(target), true, exec, 0, false);
@@ -147,7 +154,12 @@ inline matching with_likely_cause(matching&& result, const position_set& source,
                                   const execution& exec) {
   if (!is_doubtful(result)) return std::move(result);
   const double log10_nfa = result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
-  std::string cause = describe_likely_cause(source, target, log10_nfa, exec);
+  std::string cause;
+  if (result.outcome == outcome::not_registered) {
+    cause = describe_wrong_unit(source, "source");
+    if (cause.empty()) cause = describe_wrong_unit(target, "target");
+  }
+  if (cause.empty()) cause = describe_likely_cause(source, target, log10_nfa, exec);
   if (cause.empty()) return std::move(result);
   result.outcome = outcome::not_registered;
   result.reason = std::move(cause);

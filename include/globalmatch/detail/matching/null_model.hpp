@@ -123,8 +123,8 @@ class null_model {
                      at(inlier_threshold).inlier_probability);
   }
 
-  /// The fewest pairs that may be significant at one of some thresholds [m], were they exact: with an NFA
-  /// of 1.
+  /// The fewest pairs that are significant at one of some thresholds [m], at an NFA of 1, where they are
+  /// exact, and two in three of the stems that target stems surround.
   std::size_t min_pairs(std::span<const double> thresholds) const {
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
     const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
@@ -132,9 +132,10 @@ class null_model {
     for (const double inlier_threshold : thresholds) {
       const double tests = std::log(number_of_tests(inlier_threshold)),
                    p = inlier_probability(inlier_threshold);
-      for (std::size_t pairs = 3; pairs < fewest; ++pairs)
-        if (tests + log_uniform_sum_tail(double(pairs) - fixing, double(smaller) - fixing, p) <= 0)
-          fewest = pairs;
+      for (std::size_t pairs = 4; pairs < fewest; ++pairs) {
+        const double surrounded = std::min(double(smaller), 1.5 * double(pairs));
+        if (tests + log_uniform_sum_tail(double(pairs) - fixing, surrounded - fixing, p) <= 0) fewest = pairs;
+      }
     }
     return std::max<std::size_t>(4, fewest);
   }

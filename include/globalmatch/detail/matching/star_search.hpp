@@ -1,6 +1,6 @@
 // Star search: transforms in plan that place a source stem on a target stem, voted for by how far and where
-// all other stems stand from both. Complete, and so for maps of up to some hundred stems. In: two maps. Out:
-// distinct hypotheses, verified over all stems. Ours.
+// all other stems stand from both. All stems are tried, and so it is for maps of up to some hundred. In: two
+// maps. Out: distinct hypotheses, verified over all stems. Ours.
 #pragma once
 
 #include <algorithm>

@@ -184,12 +184,18 @@ inline void require_prepared_for(const prepared_stems& target, const position_se
                              : "target was prepared for horizontal distances; prepare it with dof six");
 }
 
-/// Says of maps on a lattice each, of which no transform is better than others, that it is this.
+/// Says of maps on equal lattices, of which no transform is better than others, that it is this.
 inline void tell_of_lattices(matching& result, const plantation& planted, std::size_t stems) {
   constexpr double enough = 0.5;  // of the stems are paired, or none as each transform pairs as many
   const bool few =
       result.funnel.correspondences > 0 && double(result.funnel.correspondences) < enough * double(stems);
   if (result.outcome != outcome::not_registered || !planted.source || !planted.target || few) return;
+  const auto agree = [&](const vec2& a, const vec2& b) {
+    return std::abs(a.norm() - b.norm()) < planted.target->search_radius();
+  };
+  if (!agree(planted.source->first, planted.target->first) ||
+      !agree(planted.source->second, planted.target->second))
+    return;
   result.outcome = outcome::ambiguous;
   result.probability = std::min(result.probability, 0.5);
   result.reason =
@@ -295,7 +301,12 @@ GLOBALMATCH_INLINE hypothesis score_given(const position_set& source, const posi
     throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
   const matching_context context(source, target, true, options.dof.value_or(degrees_of_freedom::four));
   const rigid given = from_eigen(target_from_source);
-  if (!is_finite(given)) throw std::invalid_argument("target_from_source is not finite");
+  const vec3 &x = given.rotation.columns[0], &y = given.rotation.columns[1], &z = given.rotation.columns[2];
+  const bool rotates =
+      std::abs(x.norm() - 1) < 1e-6 && std::abs(y.norm() - 1) < 1e-6 && (x.cross(y) - z).norm() < 1e-6;
+  const vec3& shift = given.translation;
+  if (!rotates || !is_finite(shift) || shift.max_abs() > 1e12)
+    throw std::invalid_argument("target_from_source must be a rotation and a shift of less than 1e12 m");
   const std::span<const double> thresholds = options.inlier_threshold
                                                  ? std::span(&*options.inlier_threshold, 1)
                                                  : std::span<const double>(pairing_thresholds);
