@@ -102,6 +102,18 @@ TEST_CASE("plots far from each other in one map are no other unit, and sparse tr
   CHECK(unit_by_spacing(scenes::set_in_order(times(1000, plots))) == "millimetres");
 }
 
+TEST_CASE("a changed map explains what the maps do not only beyond doubt, and by twice the exponent") {
+  local_hypothesis changed;
+  changed.log10_nfa = -20;
+  CHECK_FALSE(explains_better(changed, 0));  // pairs none
+  changed.correspondences = {{0, 0}};
+  CHECK(explains_better(changed, 0));
+  CHECK(explains_better(changed, -9.9));
+  CHECK_FALSE(explains_better(changed, -10.1));
+  changed.log10_nfa = -5.9;
+  CHECK_FALSE(explains_better(changed, 0));
+}
+
 TEST_CASE("the central stems are those nearest to the mean") {
   const position_set stems =
       scenes::set_in_order({{0, 0, 1}, {10, 0, 2}, {0, 10, 3}, {10, 10, 4}, {5, 6, 5}});
