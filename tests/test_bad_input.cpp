@@ -76,13 +76,12 @@ TEST_CASE("a scan upside down is refused") {
 }
 
 TEST_CASE("a scan in millimetres or centimetres is refused at once, with the unit and the remedy") {
-  for (const auto& [scale, words] : {std::pair(1000.0f, "millimetres? Multiply them by 0.001"),
-                                     {100.0f, "centimetres? Multiply them by 0.01"}})
-    CHECK_THAT(
-        support::message_of([&] {
-          map_stems(changed(small_plot().scan(), [&](const auto& p) { return Eigen::Vector3f(scale * p); }));
-        }),
-        Catch::Contains(words));
+  for (const auto& [factor, words] : {std::pair(1000.0f, "millimetres? Multiply them by 0.001"),
+                                      {100.0f, "centimetres? Multiply them by 0.01"}}) {
+    const auto scaled = [scale = factor](const auto& p) { return Eigen::Vector3f(scale * p); };
+    CHECK_THAT(support::message_of([&] { map_stems(changed(small_plot().scan(), scaled)); }),
+               Catch::Contains(words));
+  }
 }
 
 TEST_CASE("points that are not finite, doubled or a million kilometres away change nothing") {

@@ -1,14 +1,36 @@
 #include "support/text_fields.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstdlib>
 #include <system_error>
 
 namespace globalmatch::support {
 
 namespace {
 constexpr std::string_view blanks = " \t\r\n";
+
+/// The number that all of a text is.
+std::optional<double> parsed(const std::string& text) {
+#if defined(__cpp_lib_to_chars)
+  double value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  if (error != std::errc{} || stop != end) return std::nullopt;
+#else  // libc++ reads no fractions so; `strtod` takes blanks, signs and hexadecimal numbers, too
+  constexpr std::string_view others = " \t\r\n\v\f+";
+  if (text.empty() || others.find(text.front()) != std::string_view::npos) return std::nullopt;
+  if (text.find_first_of("xX") != std::string::npos) return std::nullopt;
+  char* stop = nullptr;
+  errno = 0;
+  const double value = std::strtod(text.c_str(), &stop);
+  if (errno == ERANGE || stop != text.c_str() + text.size()) return std::nullopt;
+#endif
+  return value;
 }
+
+}  // namespace
 
 std::string_view trim(std::string_view text) {
   const std::size_t first = text.find_first_not_of(blanks);
@@ -25,11 +47,7 @@ std::string lower_case(std::string_view text) {
 
 std::optional<double> to_number(std::string_view field) {
   if (field.starts_with('+')) field.remove_prefix(1);
-  double value = 0;
-  const char* end = field.data() + field.size();
-  const auto [stop, error] = std::from_chars(field.data(), end, value);
-  if (error != std::errc{} || stop != end) return std::nullopt;
-  return value;
+  return parsed(std::string(field));
 }
 
 std::optional<std::uint64_t> to_count(std::string_view field) {

@@ -4,14 +4,14 @@
 #pragma once
 
 #include <cmath>
-#include <cstddef>
+#include <concepts>
 
 namespace globalmatch::detail {
 
 struct vec2 {
   double x = 0, y = 0;
 
-  constexpr double operator[](std::size_t i) const { return i == 0 ? x : y; }
+  constexpr double operator[](std::integral auto i) const { return i == 0 ? x : y; }
   friend constexpr bool operator==(const vec2& a, const vec2& b) { return a.x == b.x && a.y == b.y; }
   constexpr vec2& operator+=(const vec2& b) { return x += b.x, y += b.y, *this; }
   constexpr vec2& operator*=(double s) { return x *= s, y *= s, *this; }
@@ -47,8 +47,8 @@ constexpr vec2 operator/(const vec2& a, double s) {
 struct vec3 {
   double x = 0, y = 0, z = 0;
 
-  constexpr double operator[](std::size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
-  constexpr double& operator[](std::size_t i) { return i == 0 ? x : i == 1 ? y : z; }
+  constexpr double operator[](std::integral auto i) const { return i == 0 ? x : i == 1 ? y : z; }
+  constexpr double& operator[](std::integral auto i) { return i == 0 ? x : i == 1 ? y : z; }
   friend constexpr bool operator==(const vec3& a, const vec3& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z;
   }
@@ -137,7 +137,7 @@ struct vec3f {
   constexpr vec3f(float x_, float y_, float z_) : x(x_), y(y_), z(z_) {}
   constexpr explicit vec3f(const vec3& a) : x(float(a.x)), y(float(a.y)), z(float(a.z)) {}
   constexpr explicit operator vec3() const { return {double(x), double(y), double(z)}; }
-  constexpr float operator[](std::size_t i) const { return i == 0 ? x : i == 1 ? y : z; }
+  constexpr float operator[](std::integral auto i) const { return i == 0 ? x : i == 1 ? y : z; }
   friend constexpr bool operator==(const vec3f& a, const vec3f& b) {
     return a.x == b.x && a.y == b.y && a.z == b.z;
   }
