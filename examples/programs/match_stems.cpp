@@ -24,6 +24,10 @@ int main(int argc, char** argv) {
       ->type_name("X,Y,Z")
       ->capture_default_str();
   options.add_matching_to(app);
+  app.add_flag(
+      "--scale", options.scale,
+      "multiply SOURCE by the factor that fits best, where distances differ beyond doubt: the 3 x 3 part "
+      "of FILE is then a rotation times this factor");
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
@@ -39,7 +43,8 @@ int main(int argc, char** argv) {
     const double seconds = clock.seconds();
     clock.leave();
 
-    auto report = support::describe(result, result.target_from_source);
+    const auto target_from_source = support::with_scale(result);
+    auto report = support::describe(result, target_from_source);
     report["source"] = {{"stems", source.stems.size()}};
     report["target"] = {{"stems", target.stems.size()}};
     report["seconds"] = seconds;
@@ -48,7 +53,7 @@ int main(int argc, char** argv) {
     support::print(support::warnings_of(result));
     const bool lacks_height = options.require_height && result.vertical && !result.vertical->is_known();
     support::write_or_remove_transform(
-        out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
+        out, lacks_height ? std::nullopt : target_from_source);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     (registered ? std::cout : std::cerr) << support::summary(result) << '\n';
     return registered && !lacks_height ? support::done : support::no_registration;

@@ -2,9 +2,12 @@
 
 #include <globalmatch/registration.hpp>
 
+#include "support/transform_files.hpp"
+
 #include <exception>
 #include <iostream>
 #include <new>
+#include <numbers>
 
 namespace globalmatch::support {
 
@@ -49,6 +52,20 @@ void shared_options::add_matching_to(CLI::App& app) {
          "pairs of maps that are compared, of which most have nothing in common: each needs more evidence")
       ->check(CLI::Range(1.0, 1e12))
       ->capture_default_str();
+  auto* known =
+      app.add_option("--prior", prior,
+                     "4 x 4 matrix, source to target, that is known beforehand; others are not searched "
+                     "unless the stems contradict it beyond doubt");
+  known->type_name("FILE");
+  app.add_option("--prior-sigma", prior_sigma,
+                 "standard deviations of the prior: in plan, along each axis, at the centroid of the source "
+                 "stems, and of the turn [degrees]")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(CLI::NonNegativeNumber)
+      ->needs(known)
+      ->type_name("M,DEG")
+      ->capture_default_str();
   app.add_flag("--require-height", require_height,
                "a transform whose height is not known counts as none (exit status 1)");
 }
@@ -87,7 +104,10 @@ matching_options shared_options::for_matching() const {
   if (dof != "auto") options.dof = dof == "6" ? degrees_of_freedom::six : degrees_of_freedom::four;
   options.inlier_threshold = tolerance;
   options.horizontal = horizontal;
+  options.scale = scale;
   options.decision.comparisons = comparisons;
+  if (!prior.empty())
+    options.prior = {read_transform(prior), prior_sigma[0], prior_sigma[1] * std::numbers::pi / 180};
   return options;
 }
 

@@ -37,13 +37,16 @@ struct shared_options {
   std::optional<double> tolerance;
   bool require_height = false;
   bool horizontal = false;
+  bool scale = false;
   double comparisons = 1;
+  std::filesystem::path prior;
+  std::vector<double> prior_sigma = {5, 10};  ///< [m], [degrees]
   std::string icp = "plane";
   int threads = 0;
   std::filesystem::path json;
 
   void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality ...
-  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal --comparisons ...
+  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal --prior ...
   void add_icp_to(CLI::App& app);        ///< --icp
   void add_threads_to(CLI::App& app);    ///< --threads
   void add_execution_to(CLI::App& app);  ///< --threads --json

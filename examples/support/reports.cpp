@@ -144,6 +144,20 @@ json describe(const vertical_fit& fit) {
           {"reason", fit.reason}};
 }
 
+json describe(const scale_estimate& scale) {
+  return {{"factor", scale.factor},
+          {"sigma", scale.sigma},
+          {"differs", scale.differs},
+          {"applied", scale.is_applied}};
+}
+
+json describe(const prior_deviation& prior) {
+  return {{"distance", prior.distance},
+          {"turn_deg", prior.turn * 180 / std::numbers::pi},
+          {"sigmas", prior.sigmas},
+          {"contradicted", prior.is_contradicted}};
+}
+
 }  // namespace
 
 json describe(const stem_map& map) {
@@ -233,11 +247,49 @@ void warn_of_coincident(std::size_t count, std::size_t stems, const char* name,
 
 }  // namespace
 
+namespace {
+
+/// "1.02 % longer"
+std::string describe_length(double factor) {
+  constexpr double percent = 100, ppm = 1e6, max_ppm = 2000;
+  const double off = std::abs(factor - 1);
+  std::ostringstream text;
+  if (ppm * off < max_ppm)
+    text << std::round(ppm * off) << " ppm";
+  else
+    text << std::setprecision(3) << percent * off << " %";
+  return text.str() + (factor > 1 ? " longer" : " shorter");
+}
+
+void warn_of_scale(const scale_estimate& scale, std::vector<warning>& warnings) {
+  constexpr double min_projection = 1e-4, max_projection = 1e-3;
+  const double off = std::abs(scale.factor - 1);
+  std::ostringstream text;
+  text << "scale: distances in target are " << describe_length(scale.factor) << " than in source";
+  if (scale.is_applied)
+    text << "; source was multiplied by " << std::setprecision(7) << scale.factor;
+  else if (off > min_projection && off < max_projection)
+    text << ": that of a map projection, or drift of a mobile scanner";
+  else
+    text << ": one map is distorted, and the transform a compromise (match_stems --scale corrects stem maps)";
+  warnings.push_back({"scale", text.str()});
+}
+
+}  // namespace
+
 std::vector<warning> warnings_of(const matching& result) {
   std::vector<warning> warnings;
   const matching_funnel& f = result.funnel;
   warn_of_coincident(f.source_coincident, f.source_stems, "source", warnings);
   warn_of_coincident(f.target_coincident, f.target_stems, "target", warnings);
+  if (result.outcome == outcome::registered && result.prior && result.prior->is_contradicted) {
+    std::ostringstream text;
+    text << std::setprecision(2) << "prior: the stems place the source " << result.prior->distance
+         << " m and " << result.prior->turn * 180 / std::numbers::pi
+         << " degrees from where it does, beyond doubt; is it of these two, source to target?";
+    warnings.push_back({"prior_contradicted", text.str()});
+  }
+  if (result.scale && result.scale->differs) warn_of_scale(*result.scale, warnings);
   if (!result.vertical) return warnings;
   const vertical_fit& vertical = *result.vertical;
   std::ostringstream degrees;
@@ -268,6 +320,12 @@ void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan) {
   if (is_tilted(map)) std::cerr << scan.filename().string() << ": its stems " << describe_tilt(map) << '\n';
 }
 
+std::optional<Eigen::Isometry3d> with_scale(const matching& result) {
+  std::optional<Eigen::Isometry3d> transform = result.target_from_source;
+  if (transform && result.scale && result.scale->is_applied) transform->linear() *= result.scale->factor;
+  return transform;
+}
+
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
   json hypotheses = json::array();
   for (const hypothesis& h : result.hypotheses) hypotheses.push_back(describe(h));
@@ -282,6 +340,8 @@ json describe(const matching& result, const std::optional<Eigen::Isometry3d>& ta
           {"hypotheses", std::move(hypotheses)},
           {"lattice", result.lattice ? describe(*result.lattice) : json(nullptr)},
           {"inlier_threshold", result.inlier_threshold},
+          {"scale", result.scale ? describe(*result.scale) : json(nullptr)},
+          {"prior", result.prior ? describe(*result.prior) : json(nullptr)},
           {"dof", dof_of(result)},
           {"vertical", result.vertical ? describe(*result.vertical) : json(nullptr)},
           {"warnings", describe(warnings_of(result))},

@@ -75,6 +75,9 @@ nlohmann::ordered_json describe(const std::vector<warning>& warnings);
 /// Warns on standard error when the stems of a scan are clearly tilted.
 void warn_if_tilted(const stem_map& map, const std::filesystem::path& scan);
 
+/// The transform of the source as it was given: with the scale, where that was applied.
+std::optional<Eigen::Isometry3d> with_scale(const matching& result);
+
 /// Outcome, reason, transform, matches and ranked hypotheses.
 nlohmann::ordered_json describe(const matching& result,
                                 const std::optional<Eigen::Isometry3d>& target_from_source);

@@ -128,6 +128,22 @@ struct planting_lattice {
   }
 };
 
+/// How a transform differs from the most probable one of a prior.
+struct prior_deviation {
+  double distance = 0;  ///< [m] in plan, between where both place the centroid of the source stems
+  double turn = 0;      ///< [rad] about the vertical, not negative
+  double sigmas = 0;  ///< both together, in standard deviations: two on the average where the prior is right
+  bool is_contradicted = false;  ///< the stems place the source elsewhere, beyond doubt
+};
+
+/// By how much distances in the target are longer than in the source, in plan.
+struct scale_estimate {
+  double factor = 1;        ///< that the source must be multiplied by to fit best
+  double sigma = 0;         ///< of it
+  bool differs = false;     ///< from 1, beyond doubt: one of the maps is distorted, or has another scale
+  bool is_applied = false;  ///< `target_from_source` is of the source multiplied by the factor
+};
+
 /// Covariance of the small transform that leads from the estimate to the truth: a shift and a turn about
 /// `center`, in the frame of the target. Rows are x, y, z [m] and then, in 4-DoF, the turn about `up` [rad];
 /// in 6-DoF the turns about x, y and z [rad]. A height that is not known has
@@ -227,6 +243,8 @@ struct matching {
   std::optional<transform_uncertainty> uncertainty;      ///< of `target_from_source`, in the target's frame
   std::optional<globalmatch::planting_lattice> lattice;  ///< of the target, levelled, where it stands in rows
   std::optional<vertical_fit> vertical;                  ///< of `target_from_source`
+  std::optional<scale_estimate> scale;                   ///< of the paired stems, when registered
+  std::optional<prior_deviation> prior;                  ///< of the best hypothesis, where a prior was given
   double inlier_threshold = 0;                           ///< [m] that was used
   matching_funnel funnel;
 };

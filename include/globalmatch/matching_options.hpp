@@ -1,10 +1,14 @@
 // Options of stem matching ([GM] 3.2).
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/rigid_fit.hpp"
 #include "globalmatch/global_matching.hpp"
 #include "globalmatch/triangles.hpp"
@@ -42,6 +46,25 @@ inline void require_valid(const decision_options& options) {
     throw std::invalid_argument("decision.alternative_share must lie in (0, 1]");
 }
 
+/// What is known of the transform beforehand, by GNSS, compass, or a plan: a Gaussian. The search is
+/// restricted to four standard deviations, and what agrees needs less evidence. Height and tilt are free
+/// (ours).
+struct transform_prior {
+  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< the most probable one
+  double sigma_position =
+      5;  ///< [m] along each horizontal axis, of where it places the source stems' centroid
+  double sigma_yaw = std::numbers::pi / 18;  ///< [rad] of the turn about that place
+};
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const transform_prior& prior) {
+  if (!(prior.sigma_position >= 0 && std::isfinite(prior.sigma_position)))
+    throw std::invalid_argument("prior.sigma_position must not be negative, and finite");
+  if (!(prior.sigma_yaw >= 0 && std::isfinite(prior.sigma_yaw)))
+    throw std::invalid_argument("prior.sigma_yaw must not be negative, and finite");
+  detail::require_rigid(prior.target_from_source, "prior.target_from_source");
+}
+
 namespace detail {
 /// log10 of the largest NFA of one comparison.
 inline double max_log10_nfa(const decision_options& options) {
@@ -53,10 +76,13 @@ struct matching_options {
   /// Empty: four, or six where a scan is rotated beyond doubt ([GM] 3.3 prefers four for levelled scans).
   std::optional<degrees_of_freedom> dof = {};
   bool horizontal = false;  ///< ignore heights: that of the transform is a guess (ours)
+  /// Multiply the source by the factor that fits best, where distances differ beyond doubt (ours).
+  bool scale = false;
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems are closer ([GM] 3.2.2:
   /// 0.05), horizontally in 4-DoF (but for the edges of `algorithm_1`). Empty: the one of the smallest NFA,
   /// or a wider one where three standard deviations of the residuals are more.
   std::optional<double> inlier_threshold = {};
+  std::optional<transform_prior> prior = {};  ///< empty: all transforms are equally probable
   globalmatch::proposal proposal = proposal::triangle_index;
   triangle_options triangles = {};      ///< of `algorithm_1`
   global_matching_options global = {};  ///< of `algorithm_1`
@@ -74,6 +100,7 @@ inline void require_valid(const matching_options& options) {
     throw std::invalid_argument("proposal must be triangle_index or algorithm_1");
   if (options.horizontal && options.dof == degrees_of_freedom::six)
     throw std::invalid_argument("horizontal: six degrees of freedom need heights");
+  if (options.prior) require_valid(*options.prior);
   require_valid(options.triangles);
   require_valid(options.global);
   require_valid(options.decision);

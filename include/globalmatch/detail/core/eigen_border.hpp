@@ -3,6 +3,10 @@
 
 #include <Eigen/Geometry>
 
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
 #include "globalmatch/detail/core/rigid.hpp"
 
 namespace globalmatch::detail {
@@ -36,6 +40,17 @@ inline rigid from_eigen(const Eigen::Isometry3d& t) {
     result.translation[c] = in[12 + c];
   }
   return result;
+}
+
+/// Throws `std::invalid_argument` naming what is no rotation and shift.
+inline void require_rigid(const Eigen::Isometry3d& transform, const char* name) {
+  constexpr double tolerance = 1e-6, max_shift = 1e12;  // [m]
+  const rigid t = from_eigen(transform);
+  const vec3 &x = t.rotation.columns[0], &y = t.rotation.columns[1], &z = t.rotation.columns[2];
+  const bool rotates = std::abs(x.norm() - 1) < tolerance && std::abs(y.norm() - 1) < tolerance &&
+                       (x.cross(y) - z).norm() < tolerance;
+  if (!rotates || !is_finite(t.translation) || t.translation.max_abs() > max_shift)
+    throw std::invalid_argument(std::string(name) + " must be a rotation and a shift of less than 1e12 m");
 }
 
 }  // namespace globalmatch::detail

@@ -82,9 +82,11 @@ inline bool leads_to(const std::array<correspondence, 3>& triangle, const local_
   return false;
 }
 
-/// Adds a hypothesis to distinct ones; where it is another view of some of them the best of all stays.
+/// Adds a hypothesis that the prior allows to distinct ones; where it is another view of some of them the
+/// best of all stays.
 inline void add_distinct(local_hypothesis&& h, std::vector<local_hypothesis>& hypotheses,
                          const matching_context& context) {
+  if (!context.allows(h.target_from_source)) return;
   std::vector<local_hypothesis> others;
   others.reserve(hypotheses.size() + 1);
   for (local_hypothesis& other : hypotheses) {

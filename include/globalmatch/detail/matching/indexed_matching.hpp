@@ -135,7 +135,7 @@ class triangle_search {
     constexpr std::size_t check_interval = 8, min_share = 5;  // one in five, looked at after every eight
     const double max_distance = 2 * inlier_threshold_;
     const auto transform = context_.fit(triangle);
-    if (!transform) return std::nullopt;
+    if (!transform || !context_.allows(*transform)) return std::nullopt;
     for (const correspondence& c : triangle)
       if (context_.residual(*transform, c) > max_distance) return std::nullopt;
     std::size_t tried = 0, hits = 0;

@@ -97,11 +97,16 @@ inline std::string describe_wrong_unit(const position_set& stems, const char* na
          " apart: are the coordinates " + unit + "? They must be metres";
 }
 
-/// A hypothesis of a changed map counts where it is significant beyond doubt, and more than that of the map
-/// as it is.
-inline bool explains_better(const local_hypothesis& changed, double log10_nfa) {
+/// log10 of the NFA of a result, at most that of what is no evidence.
+inline double log10_nfa_of(const matching& result) {
+  return result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
+}
+
+/// Whether what was found otherwise, say of a changed map, is significant beyond doubt, and more than what
+/// was found at first. Both are log10 of an NFA.
+inline bool explains_better(double otherwise, double first) {
   constexpr double max_log10_nfa = -6;
-  return !changed.correspondences.empty() && changed.log10_nfa < std::min(max_log10_nfa, 2 * log10_nfa);
+  return otherwise < std::min(max_log10_nfa, 2 * first);
 }
 
 /// The most likely cause why two maps do not match, and its remedy; empty where none is known. `log10_nfa` is
@@ -118,7 +123,7 @@ inline std::string describe_likely_cause(const position_set& source, position_se
 
   position_set mirrored = central;
   for (vec3& p : mirrored.at) p.y = -p.y;
-  if (const auto h = match_at_sight(mirrored, prepared, exec); explains_better(h, log10_nfa))
+  if (const auto h = match_at_sight(mirrored, prepared, exec); explains_better(h.log10_nfa, log10_nfa))
     return "matching: the mirror image of source fits " + std::to_string(h.correspondences.size()) +
            " stems: are x and y of one map swapped?";
 
@@ -134,7 +139,7 @@ inline std::string describe_likely_cause(const position_set& source, position_se
     position_set scaled = central;
     for (vec3& p : scaled.at) p = u.factor * p;
     scaled.cell_area *= u.factor * u.factor;
-    if (const auto h = match_at_sight(scaled, prepared, exec); explains_better(h, log10_nfa))
+    if (const auto h = match_at_sight(scaled, prepared, exec); explains_better(h.log10_nfa, log10_nfa))
       return "matching: with source " + std::to_string(u.factor) + " times as large " +
              std::to_string(h.correspondences.size()) + " stems fit: is " + u.unit + "?";
   }
@@ -153,13 +158,12 @@ inline bool is_doubtful(const matching& result) {
 inline matching with_likely_cause(matching&& result, const position_set& source, const position_set& target,
                                   const execution& exec) {
   if (!is_doubtful(result)) return std::move(result);
-  const double log10_nfa = result.hypotheses.empty() ? 0 : std::min(0.0, result.hypotheses.front().log10_nfa);
   std::string cause;
   if (result.outcome == outcome::not_registered) {
     cause = describe_wrong_unit(source, "source");
     if (cause.empty()) cause = describe_wrong_unit(target, "target");
   }
-  if (cause.empty()) cause = describe_likely_cause(source, target, log10_nfa, exec);
+  if (cause.empty()) cause = describe_likely_cause(source, target, log10_nfa_of(result), exec);
   if (cause.empty()) return std::move(result);
   result.outcome = outcome::not_registered;
   result.reason = std::move(cause);

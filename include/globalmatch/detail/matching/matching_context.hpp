@@ -15,6 +15,7 @@
 #include "globalmatch/detail/core/rigid_fit.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/prior.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/points.hpp"
@@ -53,18 +54,21 @@ class matching_context {
   matching_context(const position_set& source_stems, const position_set& target_stems,
                    std::shared_ptr<const position_index> index_of_source,
                    std::shared_ptr<const position_index> index_of_target, bool ignore_heights,
-                   degrees_of_freedom freedom, const execution& run_by = default_execution())
+                   degrees_of_freedom freedom, const execution& run_by = default_execution(),
+                   std::optional<local_prior> known_before = {})
       : source(source_stems),
         target(target_stems),
         horizontal(ignore_heights),
         dof(freedom),
         source_index(std::move(index_of_source)),
         target_index(std::move(index_of_target)),
-        exec(run_by) {}
+        exec(run_by),
+        prior(std::move(known_before)) {}
 
   /// The same maps the other way round.
   matching_context reversed() const {
-    return {target, source, target_index, source_index, horizontal, dof, exec};
+    return {target,     source, target_index, source_index,
+            horizontal, dof,    exec,         prior ? std::optional(prior->reversed()) : std::nullopt};
   }
 
   const position_set &source, &target;
@@ -72,6 +76,10 @@ class matching_context {
   const degrees_of_freedom dof;
   const std::shared_ptr<const position_index> source_index, target_index;
   const execution& exec;
+  const std::optional<local_prior> prior;
+
+  /// Whether the prior, if any, allows a transform.
+  bool allows(const rigid& target_from_source) const { return !prior || prior->allows(target_from_source); }
 
   /// Whether distances are horizontal.
   bool horizontal_distances() const { return dof == degrees_of_freedom::four; }

@@ -46,6 +46,7 @@ class null_model {
 
   /// From now on chance is at least as good as it is along the lattice of these stems.
   void include_lattice_of(const background_density& plantation) {
+    if (is_lattice_left_out_) return;
     const auto include = [&](probabilities& known) {
       known.inlier_probability = std::max(
           known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold + step_));
@@ -54,9 +55,17 @@ class null_model {
     for (probabilities& known : known_) include(known);
   }
 
+  /// From now on stems stand at random: a prior excludes all transforms that a lattice would explain but one.
+  void leave_out_lattice() {
+    is_lattice_left_out_ = true;
+    least_.inlier_probability = least_.poisson_inlier_probability;
+    for (probabilities& known : known_) known.inlier_probability = known.poisson_inlier_probability;
+  }
+
   /// Residuals of source stems under a transform.
   struct residual_set {
     double expected = 0;            ///< stems that target stems surround
+    double prior_sigmas = 0;        ///< of the transform from the prior, if there is one
     std::vector<double> residuals;  ///< [m] from the nearest target stem, increasing, where one is near
     /// Sums of the probabilities of being as near under the null model, of the first residuals.
     std::vector<double> cumulative_probability;
@@ -74,6 +83,7 @@ class null_model {
     const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
     const std::size_t step = std::max<std::size_t>(1, (smaller + max_sampled - 1) / max_sampled);
     residual_set result;
+    if (context_.prior) result.prior_sigmas = context_.prior->deviation(target_from_source).sigmas;
     for (std::size_t s = 0; s < context_.source.size(); s += step) {
       matching_context::poll_cancelled_at(s / step);
       const vec3 transformed = target_from_source * context_.source.at[s];
@@ -130,8 +140,7 @@ class null_model {
     const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
     std::size_t fewest = smaller + 1;
     for (const double inlier_threshold : thresholds) {
-      const double tests = std::log(number_of_tests(inlier_threshold)),
-                   p = inlier_probability(inlier_threshold);
+      const double tests = log_number_of_tests(inlier_threshold), p = inlier_probability(inlier_threshold);
       for (std::size_t pairs = 4; pairs < fewest; ++pairs) {
         const double surrounded = std::min(double(smaller), 1.5 * double(pairs));
         if (tests + log_uniform_sum_tail(double(pairs) - fixing, surrounded - fixing, p) <= 0) fewest = pairs;
@@ -186,6 +195,7 @@ class null_model {
   probabilities compute(double inlier_threshold) const {
     const double wider = inlier_threshold + step_;
     const double at_random = target_->poisson_inlier_probability(wider);
+    if (is_lattice_left_out_) return {inlier_threshold, at_random, at_random};
     return {inlier_threshold, std::max(at_random, target_->lattice_inlier_probability(wider)), at_random};
   }
 
@@ -219,7 +229,7 @@ class null_model {
   double log10_nfa(const residual_set& set, const std::vector<double>& cumulative_probability,
                    double inlier_threshold, double inlier_probability) const {
     const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
-    return (std::log(number_of_tests(inlier_threshold)) +
+    return (log_number_of_tests(inlier_threshold, set.prior_sigmas) +
             log_tail(set, cumulative_probability, inlier_threshold, inlier_probability, fixing)) /
            std::numbers::ln10;
   }
@@ -234,9 +244,11 @@ class null_model {
     return log_uniform_sum_tail(near - fixing, std::max(set.expected, matched) - fixing, inlier_probability);
   }
 
-  /// Transforms that two pairs of stems fix (three in 6-DoF), at each of the thresholds: any two source
-  /// stems, and target stems as far from each other as these are.
-  double number_of_tests(double inlier_threshold) const {
+  /// Logarithm of the number of transforms that two pairs of stems fix (three in 6-DoF), at each of the
+  /// thresholds: any two source stems, and target stems as far from each other as these are. A prior
+  /// shares the level out by its density: each transform counts for as many as there would be if the prior were
+  /// as dense everywhere (weighted tests: Genovese, Roeder and Wasserman 2006, Biometrika 93(3)).
+  double log_number_of_tests(double inlier_threshold, double prior_sigmas = 0) const {
     const double sources = double(context_.source.size()), targets = double(context_.target.size());
     const double apart = std::min(source_extent_, target_->extent()) / 2;  // [m] two stems, typically
     // Stems of the ring of 2 pi `apart` by 2 `inlier_threshold`, where one stands on pi `radius`^2.
@@ -245,14 +257,21 @@ class null_model {
         radius > 0 ? std::min(targets, 4 * apart * (inlier_threshold + step_) / (radius * radius)) : targets;
     const double by_two = targets * as_far * sources * sources / 2;
     const double by_all = context_.dof == degrees_of_freedom::four ? by_two : by_two * sources * as_far;
-    return std::max(1.0, by_all) * double(thresholds_);
+    const double all = std::log(std::max(1.0, by_all)), at_each = std::log(double(thresholds_));
+    if (!context_.prior || !(radius > 0) || !(by_all > 0)) return all + at_each;
+    const double allowed =
+        std::min(1.0, context_.prior->effective_area() / (std::numbers::pi * radius * radius * targets));
+    const double restricted = std::log(by_all * allowed * context_.prior->effective_share_of_yaws()) +
+                              prior_sigmas * prior_sigmas / 2;
+    return std::min(all, restricted) + at_each;
   }
 
   const matching_context& context_;
   std::shared_ptr<const background_density> target_;
-  double source_extent_ = 0;          // [m]
-  double step_ = 0;                   // [m] of both maps, see `step_of`
-  std::size_t thresholds_ = 1;        // that stems may be paired at
+  double source_extent_ = 0;    // [m]
+  double step_ = 0;             // [m] of both maps, see `step_of`
+  std::size_t thresholds_ = 1;  // that stems may be paired at
+  bool is_lattice_left_out_ = false;
   probabilities least_;               // at the smallest residual
   std::vector<probabilities> known_;  // by increasing threshold
 };

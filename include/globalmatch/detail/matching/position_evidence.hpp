@@ -77,8 +77,10 @@ class position_evidence {
   /// Ranked hypotheses, scored: at one threshold after the other, the smallest first, until chance no longer
   /// explains what is found.
   std::vector<local_hypothesis> propose(std::size_t maximum) const {
-    return options_.proposal == proposal::triangle_index ? propose_by_index(maximum)
-                                                         : propose_by_algorithm_1();
+    std::vector<local_hypothesis> hypotheses =
+        options_.proposal == proposal::triangle_index ? propose_by_index(maximum) : propose_by_algorithm_1();
+    if (context_.prior) add_prior(hypotheses);
+    return hypotheses;
   }
 
   /// Of a transform, at the threshold of its hypothesis.
@@ -92,6 +94,9 @@ class position_evidence {
   /// Scores a hypothesis, re-paired and refitted at the best of some thresholds.
   void refit(local_hypothesis& h, thresholds some) const { score_hypothesis(h, context_, null_model_, some); }
 
+  /// As `null_model::leave_out_lattice`.
+  void leave_out_lattice() { null_model_.leave_out_lattice(); }
+
   /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs.
   void include_lattice_of(const local_hypothesis& h) {
     null_model_.include_lattice_of(paired_background(h, context_));
@@ -100,6 +105,15 @@ class position_evidence {
  private:
   static bool is_sufficient(const std::vector<local_hypothesis>& ranked) {
     return !ranked.empty() && ranked.front().log10_nfa < sufficient_log10_nfa;
+  }
+
+  /// What the stems make of the most probable transform of the prior.
+  void add_prior(std::vector<local_hypothesis>& hypotheses) const {
+    local_hypothesis h;
+    h.target_from_source = context_.prior->transform();
+    refit(h, pairing_);
+    if (h.correspondences.size() >= 3) add_distinct(std::move(h), hypotheses, context_);
+    rank(hypotheses);
   }
 
   /// By the paper's Algorithm 1.
@@ -111,7 +125,8 @@ class position_evidence {
     funnel_.target_triangles = target.size();
     std::vector<local_hypothesis> hypotheses;
     for (const double inlier_threshold : proposing_) {
-      const auto pairs = match_locally(source, target, inlier_threshold, context_.exec);
+      auto pairs = match_locally(source, target, inlier_threshold, context_.exec);
+      std::erase_if(pairs, [&](const triangle_pair& pair) { return !may_be(pair); });
       std::size_t tested = 0;
       auto proposed = propose_by_consensus(context_, pairs, inlier_threshold, options_.global, &tested);
       funnel_.local_pairs += pairs.size();
@@ -124,6 +139,12 @@ class position_evidence {
       if (is_sufficient(hypotheses)) break;
     }
     return hypotheses;
+  }
+
+  /// Whether the prior, if any, allows a pair of congruent triangles.
+  bool may_be(const triangle_pair& pair) const {
+    const auto transform = context_.prior ? context_.fit(correspondences_of(pair)) : std::nullopt;
+    return !transform || context_.allows(*transform);
   }
 
   /// By the index. Small maps are searched by the distances of all stems, or again, exhaustively, when

@@ -61,8 +61,9 @@ class star_votes {
  public:
   explicit star_votes(double tolerance) : tolerance_(float(tolerance)) {}
 
-  /// The best yaw between two stars.
-  star_peak peak(std::span<const star_ray> source, std::span<const star_ray> target) {
+  /// The best yaw between two stars, of those within `max_turn` [turns] of `yaw` [turns].
+  star_peak peak(std::span<const star_ray> source, std::span<const star_ray> target, double yaw = 0,
+                 double max_turn = 0.5) {
     std::fill(std::begin(changes_), std::end(changes_), std::int16_t(0));
     for_each_pair(source, target, [&](const star_ray&, const star_ray&, std::size_t first, std::size_t last) {
       ++changes_[first];
@@ -71,9 +72,11 @@ class star_votes {
     });
     star_peak best{};
     int count = 0, most = 0;
+    const bool all = max_turn + 1.0 / bins >= 0.5;
+    const std::size_t first = bin_of(float(yaw - max_turn)), allowed = std::size_t(2 * max_turn * bins) + 2;
     for (std::size_t b = 0; b < bins; ++b) {
       count += changes_[b];
-      if (count > most) most = count, best.yaw = b;
+      if (count > most && (all || (b + bins - first) % bins < allowed)) most = count, best.yaw = b;
     }
     best.votes = std::size_t(most);
     return best;
@@ -132,6 +135,9 @@ inline std::vector<local_hypothesis> match_by_stars(const matching_context& cont
   const auto is_promising = [&](const rigid& transform, const vec3& center, double radius) {
     return !null.explains_around(transform, center, radius, inlier_threshold);
   };
+  constexpr double per_turn = 2 * std::numbers::pi;
+  const double yaw = context.prior ? context.prior->yaw() / per_turn : 0,
+               max_turn = context.prior ? context.prior->max_turn() / per_turn : 0.5;
   star_votes votes(inlier_threshold);
   std::vector<local_hypothesis> hypotheses;
   std::size_t stems = 0;
@@ -144,7 +150,8 @@ inline std::vector<local_hypothesis> match_by_stars(const matching_context& cont
     std::vector<keyed> order;
     std::vector<star_peak> peaks;
     for (stem_index k = 0; k < target_stars.size(); ++k) {
-      star_peak peak = votes.peak(star, target_stars[k]);
+      if (context.prior && !context.prior->may_place(context.source.at[i], context.target.at[k])) continue;
+      star_peak peak = votes.peak(star, target_stars[k], yaw, max_turn);
       if (peak.votes < min_votes) continue;
       peak.target = k;
       order.push_back({~std::uint64_t(peak.votes), peaks.size()});

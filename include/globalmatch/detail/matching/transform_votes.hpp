@@ -40,8 +40,11 @@ class vote_accumulator {
     direction_ = direction(context_.source, query_[1], query_[2]);
   }
 
-  /// Adds the vote of a congruent target triangle.
+  /// Adds the vote of a congruent target triangle, unless the prior does not allow it.
   void vote(const std::array<stem_index, 3>& congruent) {
+    if (context_.prior &&
+        !context_.prior->may_place(context_.source.at[query_[own_]], context_.target.at[congruent[own_]]))
+      return;
     const vec2 d = direction(context_.target, congruent[1], congruent[2]);
     const double turned = quadrants(d.dot(direction_), direction_.x * d.y - direction_.y * d.x);
     const auto yaw = static_cast<std::uint32_t>(turned / 4 * yaws_);

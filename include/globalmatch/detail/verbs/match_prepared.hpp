@@ -1,0 +1,279 @@
+// One search of stem matching composed: propose hypotheses, refine each over all stems, score them against
+// the null model, decide.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/eigen_border.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/decision.hpp"
+#include "globalmatch/detail/matching/lattice_alternatives.hpp"
+#include "globalmatch/detail/matching/planting_evidence.hpp"
+#include "globalmatch/detail/matching/position_evidence.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/matching/prior.hpp"
+#include "globalmatch/detail/matching/refine_threshold.hpp"
+#include "globalmatch/detail/matching/robust_fit.hpp"
+#include "globalmatch/detail/matching/scale_fit.hpp"
+#include "globalmatch/detail/matching/uncertainty.hpp"
+#include "globalmatch/detail/matching/vertical_fit.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/positions.hpp"
+
+namespace globalmatch::detail {
+
+/// From the levelled local frames of two position sets to the frames and indices of their callers.
+inline hypothesis in_caller_frames(local_hypothesis&& h, const position_set& source,
+                                   const position_set& target) {
+  for (correspondence& c : h.correspondences) c = {source.original[c.source], target.original[c.target]};
+  sort_correspondences(h.correspondences);
+  const rigid transform =
+      target.frame.local_from_scan().inverse() * h.target_from_source * source.frame.local_from_scan();
+  return {std::move(h.correspondences),
+          to_eigen(transform),
+          h.inlier_threshold,
+          h.log10_nfa,
+          h.log10_nfa_poisson,
+          h.evidence,
+          h.rms,
+          h.consensus};
+}
+
+/// Refits the best of ranked hypotheses, scores the others at its threshold, and adds those of the lattice
+/// that it may be confused with: what a coarse threshold makes of an alternative counts for nothing where a
+/// fine one explains the stems.
+inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence& positions,
+                   const matching_context& context) {
+  local_hypothesis best = std::move(hypotheses.front());
+  fit_robustly(best, context);
+  positions.include_lattice_of(best);
+  const evidence_score scored = positions.score(best);
+  best.log10_nfa = scored.log10_nfa;
+  best.log10_nfa_poisson = scored.log10_nfa_poisson;
+  const local_hypothesis before = best;
+  const bool changed = refine_threshold(best, positions, context);
+  const double inlier_threshold = best.inlier_threshold;
+  std::vector<local_hypothesis> alternatives = lattice_alternatives(best, context);
+  if (changed) alternatives.push_back(before);
+  for (std::size_t i = 1; i < hypotheses.size(); ++i) alternatives.push_back(std::move(hypotheses[i]));
+  hypotheses.clear();
+  hypotheses.push_back(std::move(best));
+  for (local_hypothesis& alternative : alternatives) {
+    positions.refit(alternative, {&inlier_threshold, 1});
+    add_distinct(std::move(alternative), hypotheses, context);
+  }
+  rank(hypotheses);
+}
+
+/// Adds the hypotheses of another kind of evidence, scores all by both kinds, and ranks them. Stems are
+/// paired within `search_radius` [m] first, as far as they are on the lattice.
+template <evidence Evidence>
+void add_evidence(const Evidence& other, double search_radius, const position_evidence& positions,
+                  const matching_context& context, std::vector<local_hypothesis>& hypotheses) {
+  constexpr std::size_t maximum = 16;  // transforms of the lattice that are tried
+  std::vector<local_hypothesis> candidates = other.propose(maximum);
+  // A few stems that happen to fit closely are a hypothesis as well, though most stems place it elsewhere.
+  for (const local_hypothesis& h : hypotheses)
+    if (auto with_all_stems =
+            verify(context, context.pair_stems(h.target_from_source, search_radius), search_radius))
+      candidates.push_back(std::move(*with_all_stems));
+  for (local_hypothesis& h : candidates) {
+    // On a lattice the NFA is as large at any threshold; that of what was found so far may not fit.
+    const double inlier_threshold = threshold_from_residuals(context, h, positions.pairing());
+    positions.refit(h, {&inlier_threshold, 1});
+    combine(h, other.score(h));
+    add_distinct(std::move(h), hypotheses, context);
+  }
+  rank(hypotheses);
+}
+
+/// The lattices of both maps, where the target is a regular plantation.
+struct plantation {
+  std::optional<lattice_shifts> source, target;
+};
+
+/// Asks the evidence of a plantation where positions do not decide.
+inline void add_planting_evidence(const plantation& planted, const position_evidence& positions,
+                                  const matching_context& context,
+                                  std::vector<local_hypothesis>& hypotheses) {
+  const auto is_decided = [&] { return hypotheses.front().log10_nfa <= sufficient_log10_nfa; };
+  if (!planted.target || is_decided()) return;
+  const double search_radius = planted.target->search_radius();
+  planting_evidence planting(context, planted.source, *planted.target, hypotheses);
+  add_evidence(planting, search_radius, positions, context, hypotheses);
+  if (is_decided()) return;
+  planting.use_residuals(hypotheses);
+  add_evidence(planting, search_radius, positions, context, hypotheses);
+}
+
+/// Removes alternatives that are not significant, but for the next best one.
+inline void remove_insignificant(std::vector<local_hypothesis>& hypotheses, const decision_options& options) {
+  std::size_t kept = std::min<std::size_t>(2, hypotheses.size());
+  for (std::size_t i = kept; i < hypotheses.size(); ++i) {
+    local_hypothesis& h = hypotheses[i];
+    if (std::min(h.log10_nfa, h.log10_nfa_poisson) > max_log10_nfa(options)) continue;
+    if (kept != i) hypotheses[kept] = std::move(h);
+    ++kept;
+  }
+  while (hypotheses.size() > kept) hypotheses.pop_back();
+}
+
+/// The vertical fit of the best hypothesis, which gets its height and its rotation.
+inline local_vertical_fit fit_vertical_of(local_hypothesis& best, const matching_context& context,
+                                          const matching_options& options) {
+  if (options.dof == degrees_of_freedom::six) return fit_of_rotated(best, context);
+  return fit_vertical(best, context, !options.dof, options.horizontal);
+}
+
+/// Decides on the hypotheses, which are in the frames of `context`, and writes all to `result` in the frames
+/// of the caller.
+inline void conclude(matching& result, std::vector<local_hypothesis>&& hypotheses,
+                     const matching_context& context, const matching_options& options) {
+  decision decided = decide(hypotheses, context, options.decision);
+  result.outcome = decided.outcome;
+  result.reason = std::move(decided.reason);
+  result.probability = probability_of(hypotheses, options.decision);
+  if (result.outcome == outcome::ambiguous)  // one of two that are about as good, or of more
+    result.probability = std::min(result.probability, 0.5);
+  if (hypotheses.empty()) {
+    result.inlier_threshold = options.inlier_threshold.value_or(proposal_thresholds[3]);
+    return;
+  }
+  local_hypothesis& best = hypotheses.front();
+  if (result.outcome == outcome::registered) {
+    const local_vertical_fit vertical = fit_vertical_of(best, context, options);
+    result.scale = fit_scale(best, context);
+    if (auto local = uncertainty_of(best, context, vertical)) {
+      if (result.scale)
+        add_distortion(local->covariance, *result.scale, radius_of_pairs(best, context.source));
+      result.uncertainty.emplace(in_caller_frame(*local, context.target.frame));
+    }
+    result.vertical.emplace(vertical.fit);
+    if (options.dof == degrees_of_freedom::six && result.uncertainty) {  // and what errors have in common
+      result.vertical->sigma = std::hypot(height_sigma(*result.uncertainty), vertical.fit.sigma);
+      if (vertical.fit.sigma > 0) set_height_variance(*result.uncertainty, height_variance(*result.vertical));
+    }
+  }
+  result.inlier_threshold = best.inlier_threshold;
+  result.funnel.consensus = best.consensus;
+  result.funnel.correspondences = best.correspondences.size();
+  poll_cancelled();
+  result.hypotheses.reserve(hypotheses.size());
+  for (local_hypothesis& h : hypotheses)
+    result.hypotheses.push_back(in_caller_frames(std::move(h), context.source, context.target));
+  if (result.outcome == outcome::registered)
+    result.target_from_source.emplace(result.hypotheses.front().target_from_source);
+}
+
+inline void require_prepared_for(const prepared_stems& target, const position_set& source,
+                                 const matching_options& options) {
+  if (options.dof == degrees_of_freedom::six && !(source.has_heights && target.stems.has_heights))
+    throw std::invalid_argument("dof: six degrees of freedom need heights in both maps");
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six;
+  if (options.proposal == proposal::triangle_index && horizontal_distances != target.horizontal_distances)
+    throw std::invalid_argument(
+        horizontal_distances ? "target was prepared for distances in space; prepare it with dof four"
+                             : "target was prepared for horizontal distances; prepare it with dof six");
+}
+
+/// Says of maps on equal lattices, of which no transform is better than others, that it is this.
+inline void tell_of_lattices(matching& result, const plantation& planted, std::size_t stems) {
+  constexpr double enough = 0.5;  // of the stems are paired, or none as each transform pairs as many
+  const bool few =
+      result.funnel.correspondences > 0 && double(result.funnel.correspondences) < enough * double(stems);
+  if (result.outcome != outcome::not_registered || !planted.source || !planted.target || few) return;
+  const auto agree = [&](const vec2& a, const vec2& b) {
+    return std::abs(a.norm() - b.norm()) < planted.target->search_radius();
+  };
+  if (!agree(planted.source->first, planted.target->first) ||
+      !agree(planted.source->second, planted.target->second))
+    return;
+  result.outcome = outcome::ambiguous;
+  result.probability = std::min(result.probability, 0.5);
+  result.reason =
+      "matching: the stems of both maps stand on a lattice, and fit as well when they are shifted along it; "
+      "gaps in it, or stems beside it, are needed to distinguish them";
+}
+
+/// The prior of the options between two maps, of which the caller's source is the second one where they are
+/// `swapped`.
+inline std::optional<local_prior> prior_between(const position_set& source, const position_set& target,
+                                                const matching_options& options, bool swapped) {
+  if (!options.prior || source.size() == 0 || target.size() == 0) return std::nullopt;
+  return swapped ? local_prior(*options.prior, target, source).reversed()
+                 : local_prior(*options.prior, source, target);
+}
+
+/// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
+/// prepared map is the caller's source; `exhaustive` as in `position_evidence`.
+inline matching match_prepared(const position_set& source, const prepared_stems& target,
+                               const matching_options& options, const execution& exec, bool swapped = false,
+                               bool exhaustive = true) {
+  require_prepared_for(target, source, options);
+  const parallel_scope scope(exec, "verification");
+  matching result;
+  const bool horizontal =
+      !options.dof || options.horizontal || !source.has_heights || !target.stems.has_heights;
+  const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
+                                 target.index, horizontal, options.dof.value_or(degrees_of_freedom::four),
+                                 exec, prior_between(source, target.stems, options, swapped));
+  plantation planted;
+  if (target.background->has_lattice())
+    planted = {find_lattice(*context.source_index), find_lattice(*context.target_index)};
+  result.funnel.source_stems = source.size() + source.coincident;
+  result.funnel.target_stems = target.stems.size() + target.stems.coincident;
+  result.funnel.source_coincident = source.coincident;
+  result.funnel.target_coincident = target.stems.coincident;
+
+  position_evidence positions(context, target, options, result.funnel, exhaustive);
+  if (const auto& lattice = swapped ? planted.source : planted.target)
+    result.lattice.emplace(planting_lattice{to_eigen(lattice->first), to_eigen(lattice->second)});
+  if (planted.target && context.prior && context.prior->separates(planted.target->first.norm())) {
+    positions.leave_out_lattice();
+    planted = {};
+  }
+  std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
+  if (!hypotheses.empty()) {
+    refine(hypotheses, positions, context);
+    add_planting_evidence(planted, positions, context, hypotheses);
+    keep_best(hypotheses, max_hypotheses);
+    complete_pairs(hypotheses.front(), context, positions.pairing());
+    remove_insignificant(hypotheses, options.decision);
+  }
+  if (swapped) {
+    for (local_hypothesis& h : hypotheses) h = reversed(std::move(h));
+    std::swap(result.funnel.source_stems, result.funnel.target_stems);
+    std::swap(result.funnel.source_coincident, result.funnel.target_coincident);
+    std::swap(result.funnel.source_triangles, result.funnel.target_triangles);
+  }
+  conclude(result, std::move(hypotheses), swapped ? context.reversed() : context, options);
+  tell_of_lattices(result, planted, std::min(source.size(), target.stems.size()));
+  return result;
+}
+
+/// Matches sets of positions by one way of measuring distances: the larger one is indexed, the smaller one
+/// queries.
+inline matching match_once(position_set source, position_set target, const matching_options& options,
+                           const execution& exec, bool exhaustive = true) {
+  if (options.proposal == proposal::algorithm_1)
+    return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
+  const bool horizontal_distances = options.dof != degrees_of_freedom::six,
+             swapped = source.size() > target.size();
+  if (swapped) std::swap(source, target);
+  const bool by_stars = exhaustive && horizontal_distances && are_for_stars(source.size(), target.size());
+  const prepared_stems prepared =
+      by_stars ? without_triangles(std::move(target), true, exec)
+               : prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
+  return match_prepared(source, prepared, options, exec, swapped, exhaustive);
+}
+
+}  // namespace globalmatch::detail
