@@ -47,7 +47,7 @@ inline std::set<std::thread::id> threads_of_loop(const execution& exec, std::siz
   parallel_for(
       exec, "threads", chunks,
       [&](std::size_t) {
-        std::this_thread::sleep_for(milliseconds(2));
+        std::this_thread::sleep_for(milliseconds(20));  // some systems start a thread in ten
         const std::lock_guard lock(mutex);
         threads.insert(std::this_thread::get_id());
       },

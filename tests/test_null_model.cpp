@@ -220,29 +220,4 @@ TEST_CASE("residuals of zero are certain on an exact lattice, and no evidence") 
   CHECK(h.log10_nfa_poisson < -100);
 }
 
-TEST_CASE("fewer pairs than the least number are not significant though they are exact, and more are") {
-  random_source random(24);
-  const position_set source = scenes::set_in_order(scenes::random_stems(random, 60, 25, 25)),
-                     target = scenes::set_in_order(scenes::random_stems(random, 60, 25, 25));
-  const matching_context maps(source, target, true, four);
-  for (const double inlier_threshold : {0.3, 0.4, 0.6}) {
-    const std::vector<double> thresholds = {inlier_threshold};
-    const null_model null(maps, thresholds);
-    const std::size_t least = null.min_pairs(thresholds);
-    REQUIRE(least > 4);
-    const auto log10_nfa = [&](std::size_t pairs) {
-      null_model::residual_set set;
-      set.expected = 1.5 * double(pairs);
-      set.residuals.assign(pairs, 0);
-      set.cumulative_probability.assign(pairs, 0);
-      return null.log10_nfa(set, inlier_threshold);
-    };
-    CHECK(log10_nfa(least) <= 0);
-    CHECK(log10_nfa(least - 1) > 0);
-  }
-  const std::vector<double> both = {0.05, 0.6}, fine = {0.05};
-  const null_model null(maps, both);
-  CHECK(null.min_pairs(both) == null.min_pairs(fine));
-}
-
 }  // namespace globalmatch

@@ -54,7 +54,7 @@ TEST_CASE("a few stems that fit closely do not hold the transform off the place 
     CHECK(h.log10_nfa < before);
     CHECK(h.correspondences.size() >= 50);
     CHECK(h.inlier_threshold > 0.1);
-    CHECK(scenes::max_error(h.target_from_source, maps.truth, maps.source) < 0.1);
+    CHECK(scenes::max_error(h.target_from_source, maps.truth, maps.source) < 0.2);  // of 0.5
   }
 }
 

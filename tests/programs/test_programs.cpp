@@ -98,6 +98,49 @@ TEST_CASE("match_stems reads radii and says that they resolved the ambiguity of 
   CHECK(call(directory, "match_stems", "source.csv without.csv --out T.txt").status == 1);
 }
 
+TEST_CASE("match_stems follows a prior, and the stems where they contradict it, with a warning") {
+  const temporary_directory directory;
+  directory.file("source.csv", stem_csv(0, 0));
+  directory.file("target.csv", stem_csv(0.7, 3));
+  const std::string arguments = "source.csv target.csv --out T.txt --json r.json --prior ";
+  directory.file("near.txt", "0.8 -0.6 0 3.5\n0.6 0.8 0 0\n0 0 1 0\n0 0 0 1\n");
+  REQUIRE(call(directory, "match_stems", arguments + "near.txt --prior-sigma 1,5").status == 0);
+  const auto near = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(near["prior"]["contradicted"] == false);
+  CHECK(near["prior"]["turn_deg"].get<double>() == Approx(3.24).margin(0.05));
+  CHECK(near["warnings"].empty());
+  directory.file("far.txt", "1 0 0 300\n0 1 0 0\n0 0 1 0\n0 0 0 1\n");
+  const run result = call(directory, "match_stems", arguments + "far.txt");
+  CHECK(result.status == 0);
+  CHECK_THAT(result.complaint, Contains("prior: the stems place the source"));
+  const auto far = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(far["prior"]["contradicted"] == true);
+  CHECK(far["warnings"][0]["code"] == "prior_contradicted");
+  CHECK((read_transform(directory / "T.txt").translation() - Eigen::Vector3d(3, 0, 0)).norm() < 1e-4);
+}
+
+TEST_CASE("match_stems says that a map is larger, and corrects it on demand") {
+  const temporary_directory directory;
+  directory.file("source.csv", stem_csv(0, 0));
+  std::string larger = "x,y,z\n";
+  for (const stem_record& s : read_stems(directory / "source.csv").stems)
+    larger +=
+        std::to_string(1.02 * s.x) + "," + std::to_string(1.02 * s.y) + "," + std::to_string(s.z) + "\n";
+  directory.file("target.csv", larger);
+  const run result = call(directory, "match_stems", "source.csv target.csv --out T.txt --json r.json");
+  CHECK(result.status == 0);
+  CHECK_THAT(result.complaint, Contains("scale: distances in target are 2 % longer than in source"));
+  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  CHECK(report["scale"]["factor"].get<double>() == Approx(1.02).margin(1e-4));
+  CHECK(report["scale"]["applied"] == false);
+  REQUIRE(call(directory, "match_stems", "source.csv target.csv --out T.txt --json r.json --scale").status ==
+          0);
+  double first = 0;
+  std::istringstream(bytes_of(directory / "T.txt")) >> first;
+  CHECK(first == Approx(1.02).margin(1e-4));
+  CHECK(nlohmann::json::parse(bytes_of(directory / "r.json"))["scale"]["applied"] == true);
+}
+
 TEST_CASE("match_stems without an answer ends in status 1, removes an old matrix, and gives the reason") {
   const temporary_directory directory;
   directory.file("source.csv", stem_csv(0, 0));
@@ -124,7 +167,9 @@ TEST_CASE("wrong usage ends in status 2") {
   directory.file("a.csv", stem_csv(0, 0));
   for (const char* arguments :
        {"", "a.csv", "a.csv a.csv", "a.csv a.csv --out", "a.csv a.csv --out T.txt --dof 5",
-        "a.csv a.csv --out T.txt --tolerance -1", "a.csv a.csv --out T.txt --what"}) {
+        "a.csv a.csv --out T.txt --tolerance -1", "a.csv a.csv --out T.txt --what",
+        "a.csv a.csv --out T.txt --prior none.txt", "a.csv a.csv --out T.txt --prior-sigma 1,2",
+        "a.csv a.csv --out T.txt --prior a.csv", "a.csv a.csv --out T.txt --prior-sigma -1,2"}) {
     CAPTURE(arguments);
     const run result = call(directory, "match_stems", arguments);
     CHECK(result.status == 2);

@@ -1,5 +1,8 @@
 #include "support/atomic_file.hpp"
 
+#include <filesystem>
+#include <system_error>
+
 #include "catch.hpp"
 #include "file_checks.hpp"
 
@@ -44,7 +47,12 @@ TEST_CASE("committing replaces an old file") {
 TEST_CASE("writing through a symbolic link replaces the file, not the link") {
   const temporary_directory directory;
   const auto path = directory.file("a.txt", "old");
-  std::filesystem::create_symlink(path, directory / "link.txt");
+  std::error_code impossible;
+  std::filesystem::create_symlink(path, directory / "link.txt", impossible);
+  if (impossible) {
+    WARN("skipped: there are no symbolic links");
+    return;
+  }
   write(directory / "link.txt", "new");
   CHECK(std::filesystem::is_symlink(directory / "link.txt"));
   CHECK(bytes_of(path) == "new");

@@ -168,7 +168,8 @@ inline std::vector<local_hypothesis> match_by_index(const matching_context& cont
                                                     const triangle_index& index, double inlier_threshold,
                                                     const null_model& null,
                                                     std::span<const double> thresholds, bool exhaustive,
-                                                    matching_funnel& funnel) {
+                                                    matching_funnel& funnel,
+                                                    std::size_t max_stems = std::size_t(-1)) {
   constexpr std::size_t max_queries = 20000,
                         max_candidates = 5'000'000;      // source triangles; target ones (ours)
   constexpr std::size_t stems_for_alternatives = 5;      // looked at although a hypothesis is found (ours)
@@ -183,7 +184,7 @@ inline std::vector<local_hypothesis> match_by_index(const matching_context& cont
   bool found = false;
   for (const stem_index i : shuffled_stems(context.source.size())) {
     if (found && stems >= stems_for_alternatives) break;
-    if (search.queries() >= max_queries || search.is_exhausted()) break;
+    if (stems == max_stems || search.queries() >= max_queries || search.is_exhausted()) break;
     report_progress(context.exec, "matching", double(search.queries()) / double(max_queries));
     ++stems;
     std::size_t verified = 0;

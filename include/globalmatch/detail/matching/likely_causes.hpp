@@ -14,11 +14,11 @@
 #include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
-#include "globalmatch/detail/matching/indexed_matching.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/position_evidence.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/matching/vote_search.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/positions.hpp"
@@ -39,19 +39,19 @@ inline position_set central_stems(const position_set& stems, std::size_t count) 
   return central;
 }
 
-/// The best hypothesis of a search without patience, in plan: it finds what is plain to see. No pairs where
+/// The best hypothesis of votes, in plan: they find what is plain to see. No pairs where
 /// nothing is.
 inline local_hypothesis match_at_sight(const position_set& source, const prepared_stems& target,
                                        const execution& exec) {
-  constexpr double thresholds[] = {0.1, 0.4};  // [m] of proposals
+  constexpr double thresholds[] = {0.1, 0.2};  // [m] of proposals
   const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
                                  target.index, true, degrees_of_freedom::four, exec);
   const null_model null(context, target.background, pairing_thresholds, thresholds);
   matching_funnel funnel;
   local_hypothesis best;
   for (const double inlier_threshold : thresholds) {
-    std::vector<local_hypothesis> found =
-        match_by_index(context, target.triangles, inlier_threshold, null, pairing_thresholds, false, funnel);
+    std::vector<local_hypothesis> found = match_by_votes(context, target.triangles, inlier_threshold, null,
+                                                         pairing_thresholds, vote_neighbors, funnel);
     if (!found.empty() && (best.correspondences.empty() || ranks_before(found.front(), best)))
       best = std::move(found.front());
     if (best.log10_nfa < sufficient_log10_nfa) break;

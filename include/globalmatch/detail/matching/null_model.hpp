@@ -133,22 +133,6 @@ class null_model {
                      at(inlier_threshold).inlier_probability);
   }
 
-  /// The fewest pairs that are significant at one of some thresholds [m], at an NFA of 1, where they are
-  /// exact, and two in three of the stems that target stems surround.
-  std::size_t min_pairs(std::span<const double> thresholds) const {
-    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
-    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
-    std::size_t fewest = smaller + 1;
-    for (const double inlier_threshold : thresholds) {
-      const double tests = log_number_of_tests(inlier_threshold), p = inlier_probability(inlier_threshold);
-      for (std::size_t pairs = 4; pairs < fewest; ++pairs) {
-        const double surrounded = std::min(double(smaller), 1.5 * double(pairs));
-        if (tests + log_uniform_sum_tail(double(pairs) - fixing, surrounded - fixing, p) <= 0) fewest = pairs;
-      }
-    }
-    return std::max<std::size_t>(4, fewest);
-  }
-
   /// Scores a hypothesis, whose residuals are `set`, at its threshold.
   void score(local_hypothesis& h, const residual_set& set) const {
     h.log10_nfa = log10_nfa(set, h.inlier_threshold);
@@ -246,8 +230,8 @@ class null_model {
 
   /// Logarithm of the number of transforms that two pairs of stems fix (three in 6-DoF), at each of the
   /// thresholds: any two source stems, and target stems as far from each other as these are. A prior
-  /// shares the level out by its density: each transform counts for as many as there would be if the prior were
-  /// as dense everywhere (weighted tests: Genovese, Roeder and Wasserman 2006, Biometrika 93(3)).
+  /// shares the level out by its density: each transform counts for as many as there would be if the prior
+  /// were as dense everywhere (weighted tests: Genovese, Roeder and Wasserman 2006, Biometrika 93(3)).
   double log_number_of_tests(double inlier_threshold, double prior_sigmas = 0) const {
     const double sources = double(context_.source.size()), targets = double(context_.target.size());
     const double apart = std::min(source_extent_, target_->extent()) / 2;  // [m] two stems, typically

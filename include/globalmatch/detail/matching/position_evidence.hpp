@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -16,7 +17,7 @@
 #include "globalmatch/detail/matching/null_model.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/score_hypothesis.hpp"
-#include "globalmatch/detail/matching/star_search.hpp"
+#include "globalmatch/detail/matching/vote_search.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/matching.hpp"
 #include "globalmatch/matching_options.hpp"
@@ -29,11 +30,6 @@ namespace globalmatch::detail {
 inline constexpr double proposal_thresholds[] = {0.05, 0.1, 0.2, 0.4};
 inline constexpr double pairing_thresholds[] = {0.02, 0.028, 0.04, 0.057, 0.08, 0.113,
                                                 0.16, 0.226, 0.32, 0.45,  0.64, 0.9};
-
-/// Whether maps of so many stems are searched by stars, in plan: triangles are not needed then.
-inline bool are_for_stars(std::size_t smaller, std::size_t larger) {
-  return smaller <= exhaustive_max_stems && larger <= retry_max_stems;
-}
 
 /// The background density of the target stems that a hypothesis pairs: some thousands from one place where
 /// there are more, and none where they are too few to tell a lattice from chance. They may be planted though
@@ -57,8 +53,8 @@ class position_evidence {
   using thresholds = std::span<const double>;
 
  public:
-  /// What is looked at is added to `funnel`. `exhaustive`: small maps are searched for whatever a few stems
-  /// may show.
+  /// What is looked at is added to `funnel`. `exhaustive`: in space small maps are searched for whatever a
+  /// few stems may show.
   position_evidence(const matching_context& context, const prepared_stems& target,
                     const matching_options& options, matching_funnel& funnel, bool exhaustive = true)
       : context_(context),
@@ -147,58 +143,63 @@ class position_evidence {
     return !transform || context_.allows(*transform);
   }
 
-  /// By the index. Small maps are searched by the distances of all stems, or again, exhaustively, when
-  /// nothing was found.
+  /// By the index: around a few stems, which is enough where many stems are common; then, in plan, by the
+  /// votes of all.
   std::vector<local_hypothesis> propose_by_index(std::size_t maximum) const {
-    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
-    const std::size_t larger = std::max(context_.source.size(), context_.target.size());
-    const bool few = smaller <= exhaustive_max_stems;
+    constexpr std::size_t first_stems = 24;
+    constexpr double max_threshold = 0.1,
+                     max_threshold_rotated = 0.2;  // [m] beyond them triangles look alike
     std::vector<local_hypothesis> hypotheses;
-    if (!exhaustive_) {
-      search(target_.triangles, false, maximum, hypotheses);
-      return hypotheses;
+    if (context_.horizontal_distances()) {
+      if (!search(target_.triangles, false, maximum, hypotheses, first_stems, max_threshold))
+        search_by_votes(maximum, hypotheses);
+    } else if (!exhaustive_) {
+      search(target_.triangles, false, maximum, hypotheses, first_stems, max_threshold_rotated);
+    } else {
+      search_in_space(maximum, hypotheses);
     }
-    if (context_.horizontal_distances() && are_for_stars(smaller, larger)) {
-      search_stars(maximum, hypotheses);
-      return hypotheses;
-    }
-    if (few && larger > retry_max_stems && search(target_.triangles, false, maximum, hypotheses))
-      return hypotheses;
-    if (search(target_.triangles, few, maximum, hypotheses)) return hypotheses;
-    if (larger > exhaustive_max_stems && larger <= retry_max_stems)
-      search(triangle_index(context_.target, *target_.index, context_.horizontal_distances(),
-                            exhaustive_neighbors, context_.exec),
-             true, maximum, hypotheses);
     return hypotheses;
   }
 
-  /// By the distances of all stems from each other.
-  void search_stars(std::size_t maximum, std::vector<local_hypothesis>& hypotheses) const {
-    std::vector<std::vector<star_ray>> stars;
-    for (stem_index k = 0; k < context_.target.size(); ++k) stars.push_back(star_of(context_.target, k));
-    std::size_t first = 0;
-    for (std::size_t i = 0; i < proposing_.size(); ++i) {
-      // Coarser thresholds are those of the next proposal; those beyond the coarsest one are its own.
-      std::size_t end = pairing_.size();
-      if (i + 1 < proposing_.size())
-        end =
-            std::size_t(std::upper_bound(pairing_.begin(), pairing_.end(), proposing_[i]) - pairing_.begin());
-      const auto significant_at = end > first ? pairing_.subspan(first, end - first) : pairing_;
-      first = std::max(first, end);
+  /// In space. Small maps are searched again, exhaustively, when nothing was found.
+  void search_in_space(std::size_t maximum, std::vector<local_hypothesis>& hypotheses) const {
+    const std::size_t smaller = std::min(context_.source.size(), context_.target.size());
+    const std::size_t larger = std::max(context_.source.size(), context_.target.size());
+    const bool few = smaller <= exhaustive_max_stems;
+    if (few && larger > retry_max_stems && search(target_.triangles, false, maximum, hypotheses)) return;
+    if (search(target_.triangles, few, maximum, hypotheses)) return;
+    if (larger > exhaustive_max_stems && larger <= retry_max_stems)
+      search(triangle_index(context_.target, *target_.index, false, exhaustive_neighbors, context_.exec),
+             true, maximum, hypotheses);
+  }
+
+  /// By the triangles of all stems together; in small maps they are made with stems further away, as those
+  /// nearby may be in one map only.
+  void search_by_votes(std::size_t maximum, std::vector<local_hypothesis>& hypotheses) const {
+    constexpr float cell = 0.2f;  // [m] holds a triangle or more, but in the smallest maps
+    const bool few = std::max(context_.source.size(), context_.target.size()) <= retry_max_stems;
+    const std::size_t of_source = few ? exhaustive_neighbors : vote_neighbors,
+                      of_target = few ? exhaustive_neighbors : target_neighbors;
+    const triangle_index triangles(context_.target, *target_.index, true, of_target, context_.exec,
+                                   triangle_step(context_.target.size()), cell);
+    for (const double inlier_threshold : proposing_) {
       for (local_hypothesis& h :
-           match_by_stars(context_, stars, proposing_[i], null_model_, significant_at, pairing_, funnel_))
+           match_by_votes(context_, triangles, inlier_threshold, null_model_, pairing_, of_source, funnel_))
         add_distinct(std::move(h), hypotheses, context_);
       keep_best(hypotheses, maximum);
       if (is_sufficient(hypotheses)) return;
     }
   }
 
-  /// Whether something was found that is sufficient.
+  /// Whether something was found that is sufficient, around the first `max_stems` stems, and at thresholds up
+  /// to `max_threshold` [m].
   bool search(const triangle_index& triangles, bool exhaustive, std::size_t maximum,
-              std::vector<local_hypothesis>& hypotheses) const {
+              std::vector<local_hypothesis>& hypotheses, std::size_t max_stems = std::size_t(-1),
+              double max_threshold = std::numeric_limits<double>::infinity()) const {
     for (const double inlier_threshold : proposing_) {
-      for (local_hypothesis& h :
-           match_by_index(context_, triangles, inlier_threshold, null_model_, pairing_, exhaustive, funnel_))
+      if (inlier_threshold > max_threshold) break;
+      for (local_hypothesis& h : match_by_index(context_, triangles, inlier_threshold, null_model_, pairing_,
+                                                exhaustive, funnel_, max_stems))
         add_distinct(std::move(h), hypotheses, context_);
       keep_best(hypotheses, maximum);
       if (is_sufficient(hypotheses)) return true;

@@ -44,16 +44,17 @@ class triangle_index {
  public:
   triangle_index() = default;
 
-  /// Every `step`th stem makes triangles, with `neighbors` nearest stems.
+  /// Every `step`th stem makes triangles, with `neighbors` nearest stems. `cell` [m] is the finest tolerance
+  /// that is asked for, as a rule.
   triangle_index(const position_set& stems, const position_index& index, bool horizontal,
-                 std::size_t neighbors, const execution& exec = {}, std::size_t step = 1) {
+                 std::size_t neighbors, const execution& exec = {}, std::size_t step = 1,
+                 float cell = 0.05f) {
     step = std::max<std::size_t>(step, 1);
     const auto nearest = nearest_stems(index, neighbors, exec, step);
     const std::size_t makers = (stems.size() + step - 1) / step;
     neighbors = makers == 0 ? 0 : nearest.size() / makers;
     if (neighbors < 2) return;
     constexpr std::size_t chunk = 1024, max_parts = 8;
-    constexpr float cell = 0.05f;  // [m] the finest tolerance that is asked for, as a rule
     std::vector<std::vector<triangle_grid::item>> made((makers + chunk - 1) / chunk);
     parallel_chunks(exec, "triangle index", makers, chunk, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {

@@ -269,10 +269,8 @@ inline matching match_once(position_set source, position_set target, const match
   const bool horizontal_distances = options.dof != degrees_of_freedom::six,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
-  const bool by_stars = exhaustive && horizontal_distances && are_for_stars(source.size(), target.size());
   const prepared_stems prepared =
-      by_stars ? without_triangles(std::move(target), true, exec)
-               : prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
+      prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
   return match_prepared(source, prepared, options, exec, swapped, exhaustive);
 }
 
