@@ -52,6 +52,7 @@ TEST_CASE("scans that are rotated by so much that nothing fits in plan are match
   REQUIRE(result.outcome == outcome::registered);
   CHECK(result.vertical->kind == vertical_kind::rotated);
   CHECK(scenes::max_error(*result.target_from_source, truth, stems) < 0.01);
+  CHECK(match_positions(source, target, {.inlier_threshold = 0.3}, {}).outcome == outcome::registered);
   CHECK(match_positions(source, target, {.dof = degrees_of_freedom::four}, {}).outcome !=
         outcome::registered);
   CHECK(match_positions(source, target, {.horizontal = true}, {}).outcome != outcome::registered);

@@ -206,6 +206,28 @@ TEST_CASE("where the prior excludes what is significant, but not beyond doubt, t
   CHECK(named >= 3);
 }
 
+TEST_CASE(
+    "what is registered within a prior is within it, and only what the stems alone show contradicts it") {
+  int registered = 0;
+  for (int seed = 1; seed <= 60; ++seed) {
+    random_source random{std::uint64_t(seed)};
+    const seen_twice maps = few_in_common(random, 14, 18, 0.25);
+    matching_options options;
+    options.prior = {displaced(maps.truth, maps.source, 0.52, 0, 0), 0.1, 5 * degree};
+    const matching result = match_stems(maps.source, maps.target, options);
+    if (result.outcome != outcome::registered) continue;
+    ++registered;
+    REQUIRE(result.prior);
+    if (result.prior->distance <= 4 * std::hypot(0.1, 0.1)) {
+      CHECK_FALSE(result.prior->is_contradicted);
+    } else {
+      CHECK(result.prior->is_contradicted);
+      CHECK(match_stems(maps.source, maps.target).outcome == outcome::registered);
+    }
+  }
+  CHECK(registered >= 20);
+}
+
 TEST_CASE("rows that fit at every shift are registered where a prior allows one of them, and only there") {
   random_source random(7);
   const positions stems = scenes::lattice(8, 7, 3);

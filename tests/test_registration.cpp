@@ -94,13 +94,14 @@ TEST_CASE("register_scans names the option that makes no sense before it maps an
                          mapped = true;
                          return true;
                        }};
-  registration_options bad_mapping, bad_matching, bad_icp;
+  registration_options bad_mapping, bad_matching, bad_icp, with_scale;
   bad_mapping.mapping.voxel_size = -1;
   bad_matching.matching.inlier_threshold = 0;
   bad_icp.icp.trimming = -1;
+  with_scale.matching.scale = true;
   for (const auto& [options, field] :
        {std::pair(bad_mapping, "voxel_size"), std::pair(bad_matching, "inlier_threshold"),
-        std::pair(bad_icp, "trimming")})
+        std::pair(bad_icp, "trimming"), std::pair(with_scale, "scale")})
     CHECK_THROWS_WITH(register_scans(scan, scan, options, Eigen::Vector3d::UnitZ(), exec),
                       Catch::Contains(field));
   CHECK_THROWS_WITH(register_scans(scan, scan, {}, Eigen::Vector3d(0, 0, 0), exec), Catch::Contains("up"));

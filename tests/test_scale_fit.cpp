@@ -55,11 +55,12 @@ scale_estimate scale_of(const paired& maps) {
 }  // namespace
 
 TEST_CASE("the scale of exact pairs is exact, whatever the transform") {
-  for (const double factor : {0.97, 1.0, 1.0004, 1.03}) {
-    const scale_estimate fitted = scale_of(any_pair(1, factor, 0));
-    CHECK(fitted.factor == Approx(factor).epsilon(1e-12));
-    CHECK(fitted.differs == (factor != 1));
-  }
+  for (std::uint64_t seed = 1; seed <= 40; ++seed)
+    for (const double factor : {0.97, 1.0, 1.0004, 1.03}) {
+      const scale_estimate fitted = scale_of(any_pair(seed, factor, 0));
+      CHECK(fitted.factor == Approx(factor).epsilon(1e-12));
+      CHECK(fitted.differs == (factor != 1));
+    }
 }
 
 TEST_CASE("the errors of the scale are as large as its sigma says") {
@@ -125,6 +126,28 @@ TEST_CASE("the scale is applied on demand, for every type of positions and to pr
     check(match_stems(range, maps.target, options));
     check(match_stems(range, prepare_map(maps.target, options), options));
   });
+}
+
+TEST_CASE("a prior is of the source as it is given, however far from 0, where a scale is applied") {
+  paired maps = any_pair(5, 1.02, 0.01);
+  for (Eigen::Vector3d& p : maps.source) p += Eigen::Vector3d(500'000, 4'000'000, 0);
+  matching_options options;
+  options.scale = true;
+  options.prior.emplace();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero(), place = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < maps.source.size(); ++i) {
+    center += maps.source[i] / double(maps.source.size());
+    place += maps.target[i] / double(maps.source.size());
+  }
+  Eigen::Isometry3d turn = Eigen::Isometry3d::Identity();
+  turn.linear() = maps.truth.linear();
+  options.prior->target_from_source = Eigen::Translation3d(place) * turn * Eigen::Translation3d(-center);
+  options.prior->sigma_position = 0.5;
+  const matching result = match_stems(maps.source, maps.target, options);
+  REQUIRE(result.outcome == outcome::registered);
+  CHECK(result.scale->is_applied);
+  CHECK(result.prior->distance < 0.1);
+  CHECK_FALSE(result.prior->is_contradicted);
 }
 
 TEST_CASE("maps of one scale give the same bits whether a scale is asked for or not") {

@@ -24,6 +24,7 @@ int main(int argc, char** argv) {
       ->type_name("X,Y,Z")
       ->capture_default_str();
   options.add_matching_to(app);
+  options.add_prior_to(app);
   app.add_flag(
       "--scale", options.scale,
       "multiply SOURCE by the factor that fits best, where distances differ beyond doubt: the 3 x 3 part "

@@ -38,6 +38,7 @@ int main(int argc, char** argv) {
   app.add_option("--report", picture, "drawing of both stem maps before and after (SVG)")->type_name("FILE");
   options.add_mapping_to(app);
   options.add_matching_to(app);
+  options.add_prior_to(app);
   options.add_icp_to(app);
   options.add_execution_to(app);
 

@@ -52,6 +52,11 @@ void shared_options::add_matching_to(CLI::App& app) {
          "pairs of maps that are compared, of which most have nothing in common: each needs more evidence")
       ->check(CLI::Range(1.0, 1e12))
       ->capture_default_str();
+  app.add_flag("--require-height", require_height,
+               "a transform whose height is not known counts as none (exit status 1)");
+}
+
+void shared_options::add_prior_to(CLI::App& app) {
   auto* known =
       app.add_option("--prior", prior,
                      "4 x 4 matrix, source to target, that is known beforehand; others are not searched "
@@ -66,8 +71,6 @@ void shared_options::add_matching_to(CLI::App& app) {
       ->needs(known)
       ->type_name("M,DEG")
       ->capture_default_str();
-  app.add_flag("--require-height", require_height,
-               "a transform whose height is not known counts as none (exit status 1)");
 }
 
 void shared_options::add_icp_to(CLI::App& app) {

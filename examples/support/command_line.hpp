@@ -46,7 +46,8 @@ struct shared_options {
   std::filesystem::path json;
 
   void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality ...
-  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal --prior ...
+  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal --comparisons ...
+  void add_prior_to(CLI::App& app);      ///< --prior --prior-sigma
   void add_icp_to(CLI::App& app);        ///< --icp
   void add_threads_to(CLI::App& app);    ///< --threads
   void add_execution_to(CLI::App& app);  ///< --threads --json

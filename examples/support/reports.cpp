@@ -328,7 +328,10 @@ std::optional<Eigen::Isometry3d> with_scale(const matching& result) {
 
 json describe(const matching& result, const std::optional<Eigen::Isometry3d>& target_from_source) {
   json hypotheses = json::array();
-  for (const hypothesis& h : result.hypotheses) hypotheses.push_back(describe(h));
+  for (hypothesis h : result.hypotheses) {
+    if (result.scale && result.scale->is_applied) h.target_from_source.linear() *= result.scale->factor;
+    hypotheses.push_back(describe(h));
+  }
   json uncertainty = result.uncertainty ? describe(*result.uncertainty) : json(nullptr);
   if (result.vertical && !result.vertical->is_known()) uncertainty["expected_error"] = nullptr;
   return {{"matches", result.funnel.correspondences},

@@ -141,7 +141,7 @@ struct scale_estimate {
   double factor = 1;        ///< that the source must be multiplied by to fit best
   double sigma = 0;         ///< of it
   bool differs = false;     ///< from 1, beyond doubt: one of the maps is distorted, or has another scale
-  bool is_applied = false;  ///< `target_from_source` is of the source multiplied by the factor
+  bool is_applied = false;  ///< transforms and hypotheses are of the source multiplied by the factor
 };
 
 /// Covariance of the small transform that leads from the estimate to the truth: a shift and a turn about

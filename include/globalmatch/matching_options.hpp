@@ -76,7 +76,8 @@ struct matching_options {
   /// Empty: four, or six where a scan is rotated beyond doubt ([GM] 3.3 prefers four for levelled scans).
   std::optional<degrees_of_freedom> dof = {};
   bool horizontal = false;  ///< ignore heights: that of the transform is a guess (ours)
-  /// Multiply the source by the factor that fits best, where distances differ beyond doubt (ours).
+  /// Multiply the source by the factor that fits best, where distances differ beyond doubt; of `match_stems`
+  /// alone (ours).
   bool scale = false;
   /// [m] epsilon: edges of congruent triangles differ by less, and paired stems are closer ([GM] 3.2.2:
   /// 0.05), horizontally in 4-DoF (but for the edges of `algorithm_1`). Empty: the one of the smallest NFA,
@@ -105,5 +106,13 @@ inline void require_valid(const matching_options& options) {
   require_valid(options.global);
   require_valid(options.decision);
 }
+
+namespace detail {
+/// For scans, of which no scale is applied. Throws `std::invalid_argument`.
+inline void require_own_scale(const matching_options& options) {
+  if (options.scale)
+    throw std::invalid_argument("matching.scale: scans keep their scale; match_stems alone applies one");
+}
+}  // namespace detail
 
 }  // namespace globalmatch

@@ -39,6 +39,7 @@ scan_registration register_scans(const Source& source, const Target& target,
                                  const Eigen::Vector3d& up = Eigen::Vector3d::UnitZ(),
                                  const execution& exec = {}) {
   require_valid(options.matching);
+  detail::require_own_scale(options.matching);
   require_valid(options.icp);
   const detail::parallel_scope scope(exec, "registration");
   scan_registration result;

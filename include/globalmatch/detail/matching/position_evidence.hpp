@@ -192,12 +192,12 @@ class position_evidence {
   }
 
   /// Whether something was found that is sufficient, around the first `max_stems` stems, and at thresholds up
-  /// to `max_threshold` [m].
+  /// to `max_threshold` [m], or at that of the options.
   bool search(const triangle_index& triangles, bool exhaustive, std::size_t maximum,
               std::vector<local_hypothesis>& hypotheses, std::size_t max_stems = std::size_t(-1),
               double max_threshold = std::numeric_limits<double>::infinity()) const {
     for (const double inlier_threshold : proposing_) {
-      if (inlier_threshold > max_threshold) break;
+      if (inlier_threshold > max_threshold && !options_.inlier_threshold) break;
       for (local_hypothesis& h : match_by_index(context_, triangles, inlier_threshold, null_model_, pairing_,
                                                 exhaustive, funnel_, max_stems))
         add_distinct(std::move(h), hypotheses, context_);

@@ -73,7 +73,8 @@ class local_prior {
     return d.distance <= max_sigmas * sigma_position_ && d.turn <= max_turn();
   }
 
-  /// Whether a transform that is allowed may place a source stem on a target stem, at these positions.
+  /// Whether a transform that is allowed, and does not tilt, may place a source stem on a target stem, at
+  /// these positions.
   bool may_place(const vec3& source, const vec3& target) const {
     const vec3 &from = reversed_ ? target : source, &to = reversed_ ? source : target;
     const double chord = 2 * std::sin(max_turn() / 2) * (from - center_).xy().norm();

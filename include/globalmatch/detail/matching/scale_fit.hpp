@@ -23,7 +23,8 @@ namespace globalmatch::detail {
 /// pairs. Cost: linear in the pairs.
 inline std::optional<scale_estimate> fit_scale(const local_hypothesis& h, const matching_context& context) {
   constexpr std::size_t minimum = 4;
-  constexpr double min_radius = 1e-3;  // [m] of stems that are not at one place
+  constexpr double min_radius = 1e-3;    // [m] of stems that are not at one place
+  constexpr double min_residual = 1e-4;  // [m] no position is known better
   // Of scans of one plot the scale is up to four standard deviations off, and explains less than a twentieth
   // of the variance of the residuals: stems are seen from one side.
   constexpr double min_sigmas = 6, min_explained = 1.05;
@@ -47,8 +48,9 @@ inline std::optional<scale_estimate> fit_scale(const local_hypothesis& h, const 
   }
   if (!(squares > min_radius * min_radius * double(size))) return std::nullopt;
   const double length = std::hypot(along, across), factor = length / squares;
-  const double with = std::max(0.0, of_target - length * factor),
-               without = std::max(0.0, of_target - 2 * length + squares);
+  const double rounding = min_residual * min_residual * double(size),
+               with = std::max(rounding, of_target - length * factor),
+               without = std::max(rounding, of_target - 2 * length + squares);
   const double freedom = 2 * double(size) - 4;
   scale_estimate fitted{factor, std::sqrt(with / freedom / squares)};
   fitted.differs = std::abs(factor - 1) > min_sigmas * fitted.sigma &&

@@ -42,7 +42,7 @@ class vote_accumulator {
 
   /// Adds the vote of a congruent target triangle, unless the prior does not allow it.
   void vote(const std::array<stem_index, 3>& congruent) {
-    if (context_.prior &&
+    if (context_.prior && context_.horizontal_distances() &&
         !context_.prior->may_place(context_.source.at[query_[own_]], context_.target.at[congruent[own_]]))
       return;
     const vec2 d = direction(context_.target, congruent[1], congruent[2]);

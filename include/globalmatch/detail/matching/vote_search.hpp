@@ -43,6 +43,9 @@ class block_votes {
   std::size_t size() const { return votes_.size(); }
 
   void vote(const std::array<stem_index, 3>& source, const std::array<stem_index, 3>& target) {
+    if (context_.prior &&
+        !context_.prior->may_place(context_.source.at[source[0]], context_.target.at[target[0]]))
+      return;
     const vec2 from = (context_.source.at[source[2]] - context_.source.at[source[1]]).xy(),
                to = (context_.target.at[target[2]] - context_.target.at[target[1]]).xy();
     const double lengths = std::sqrt(from.squared_norm() * to.squared_norm());
@@ -85,7 +88,10 @@ class block_votes {
   // What a vote is off by: the threshold at the triangle, and half a block away by the yaw that it makes.
   static constexpr double cell_thresholds = 10;
 
-  static std::int64_t cell_of(double at, double side) { return std::int64_t(std::floor(at / side)); }
+  static std::int64_t cell_of(double at, double side) {
+    constexpr double maximum = 9e18;  // that an integer holds
+    return std::int64_t(std::clamp(std::floor(at / side), -maximum, maximum));
+  }
   static std::uint64_t hash_of(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d,
                                std::uint64_t e) {
     std::uint64_t hash = e;
@@ -126,6 +132,7 @@ inline block_votes collect_votes(const matching_context& context, const triangle
         const triangle t = make_triangle(context.source, {i, nearest[j].index, nearest[k].index}, true);
         ++queries;
         if (t.horizontal_width < 2 * inlier_threshold) continue;  // hardly fixes a yaw
+        if (votes.size() >= max_votes) break;
         for (const triangle& ordered : admissible_orders(t, inlier_threshold))
           index.for_each_like(ordered, inlier_threshold, [&](const std::array<stem_index, 3>& congruent) {
             votes.vote(ordered.vertices, congruent);

@@ -52,7 +52,7 @@ inline void compare_with_prior(matching& result, const position_set& source, con
                           from_eigen(result.hypotheses.front().target_from_source) *
                           source.frame.local_from_scan().inverse();
   result.prior = prior->deviation(transform);
-  result.prior->is_contradicted = !prior->allows(transform);
+  result.prior->is_contradicted = result.outcome == outcome::registered && !prior->allows(transform);
 }
 
 /// What `match(options)` returns; where that rests on little, and the stems alone place the source beyond
@@ -65,10 +65,11 @@ matching match_unless_contradicted(const position_set& source, const position_se
     matching_options without = options;
     without.prior.reset();
     matching by_stems = match(without);
-    if (by_stems.outcome == outcome::registered &&
-        explains_better(log10_nfa_of(by_stems), log10_nfa_of(result)))
+    compare_with_prior(by_stems, source, target, options);
+    const bool elsewhere = by_stems.prior && by_stems.prior->is_contradicted;
+    if (elsewhere && explains_better(log10_nfa_of(by_stems), log10_nfa_of(result)))
       result = std::move(by_stems);
-    else if (by_stems.outcome == outcome::registered && result.outcome != outcome::registered)
+    else if (elsewhere && result.outcome != outcome::registered)
       result.reason =
           "prior: within four standard deviations of it no transform is significant, one elsewhere is; where "
           "the prior may be wrong, match without it or make its standard deviations larger";
@@ -77,18 +78,32 @@ matching match_unless_contradicted(const position_set& source, const position_se
   return result;
 }
 
-/// `match(source)`, and again with the source multiplied by the scale that was found, until that stays. The
-/// scale that is returned is the product.
+/// The options for a source that is multiplied by a factor: the prior places its centroid where it did.
+inline matching_options for_scaled(matching_options options, const position_set& source, double factor) {
+  if (!options.prior || source.size() == 0) return options;
+  vec3 center;
+  for (const vec3& p : source.at) center += p / double(source.size());
+  const vec3 moved_by = (1 - factor) * source.frame.to_scan(center);
+  options.prior->target_from_source =
+      to_eigen(shifted_before(from_eigen(options.prior->target_from_source), moved_by));
+  return options;
+}
+
+/// `match(source, options)`, and again with the source multiplied by the scale that was found, until that
+/// stays. The scale that is returned is the product.
 template <class Match>
 matching match_at_scale(const position_set& source, const matching_options& options, const Match& match) {
   constexpr int max_iterations = 3;
-  matching result = match(source);
+  matching result = match(source, options);
   double factor = 1;
   for (int i = 0; options.scale && i < max_iterations && result.scale && result.scale->differs; ++i) {
-    factor *= result.scale->factor;
-    result = match(scaled(source, factor));
+    const double next_factor = factor * result.scale->factor;
+    matching next = match(scaled(source, next_factor), for_scaled(options, source, next_factor));
+    if (next.outcome != outcome::registered || !next.scale) break;
+    factor = next_factor;
+    result = std::move(next);
   }
-  if (factor == 1 || !result.scale) return result;
+  if (factor == 1) return result;
   result.scale = {factor, result.scale->sigma, true, true};
   return result;
 }
@@ -98,8 +113,8 @@ GLOBALMATCH_INLINE matching match_positions(position_set source, position_set ta
                                             build_mode) {
   require_valid(options);
   const parallel_scope scope(exec, "matching");
-  const auto match = [&](const position_set& from) {
-    matching result = match_unless_contradicted(from, target, options, [&](const matching_options& some) {
+  const auto match = [&](const position_set& from, const matching_options& asked) {
+    matching result = match_unless_contradicted(from, target, asked, [&](const matching_options& some) {
       return match_as_options_say(from, target, some, exec);
     });
     return with_likely_cause(std::move(result), from, target, exec);
@@ -110,8 +125,8 @@ GLOBALMATCH_INLINE matching match_positions(position_set source, position_set ta
 GLOBALMATCH_INLINE matching match_positions(const position_set& source, const prepared_stems& target,
                                             const matching_options& options, const execution& exec,
                                             build_mode) {
-  return match_at_scale(source, options, [&](const position_set& from) {
-    return match_unless_contradicted(from, target.stems, options, [&](const matching_options& some) {
+  return match_at_scale(source, options, [&](const position_set& from, const matching_options& asked) {
+    return match_unless_contradicted(from, target.stems, asked, [&](const matching_options& some) {
       return match_prepared(from, target, some, exec);
     });
   });

@@ -247,6 +247,8 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
     add_planting_evidence(planted, positions, context, hypotheses);
     keep_best(hypotheses, max_hypotheses);
     complete_pairs(hypotheses.front(), context, positions.pairing());
+    // Refitting may have moved them away from the prior, which was counted in their favour.
+    std::erase_if(hypotheses, [&](const auto& h) { return !context.allows(h.target_from_source); });
     remove_insignificant(hypotheses, options.decision);
   }
   if (swapped) {

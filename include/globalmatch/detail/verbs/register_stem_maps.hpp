@@ -184,6 +184,7 @@ GLOBALMATCH_INLINE registration register_stem_maps(const stem_map& source, const
                                                    const registration_options& options, const execution& exec,
                                                    build_mode) {
   require_valid(options.icp);
+  require_own_scale(options.matching);
   registration result;
   try {
     if (source.cancelled || target.cancelled) throw operation_cancelled();
