@@ -61,7 +61,7 @@ std::size_t right_pairs(const std::vector<correspondence>& pairs, std::size_t co
 }  // namespace
 
 TEST_CASE("the cell of most votes is that of the stems that both maps have") {
-  for (const std::uint64_t seed : {1, 2, 3}) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
     const part_in_common maps(seed, 25, 100, 0.01);
     const matching_context context = maps.context();
     matching_funnel funnel;
