@@ -124,6 +124,15 @@ TEST_CASE("a prior may place a stem wherever a transform that it allows places i
   CHECK(beyond == 200);
 }
 
+TEST_CASE("a prior separates shifts that are longer than all that it allows is wide, if it fixes the yaw") {
+  random_source random(8);
+  const position_set stems = imported(scenes::random_stems(random, 30, 40, 30));
+  const local_prior prior({Eigen::Isometry3d::Identity(), 0.3, 5 * degree}, stems, stems);
+  CHECK(prior.separates(2.6));  // eight times 0.316 m
+  CHECK_FALSE(prior.separates(2.5));
+  CHECK_FALSE(local_prior({Eigen::Isometry3d::Identity(), 0.3, 8 * degree}, stems, stems).separates(2.6));
+}
+
 TEST_CASE("a certain prior leaves room for the noise of the stems") {
   random_source random(4);
   const positions stems = scenes::random_stems(random, 30, 40, 30);
