@@ -39,8 +39,7 @@ inline position_set central_stems(const position_set& stems, std::size_t count) 
   return central;
 }
 
-/// The best hypothesis of votes, in plan: they find what is plain to see. No pairs where
-/// nothing is.
+/// The best hypothesis of votes, in plan: they find what is plain to see. No pairs where nothing is.
 inline local_hypothesis match_at_sight(const position_set& source, const prepared_stems& target,
                                        const execution& exec) {
   constexpr double thresholds[] = {0.1, 0.2};  // [m] of proposals

@@ -87,8 +87,8 @@ class local_prior {
     return 2 * max_sigmas * sigma_position_ < shift && 2 * max_turn() < std::numbers::pi / 3;
   }
 
-  /// Of transforms that stand as densely everywhere as `per_area` [1/m^2] at each yaw: how many there are,
-  /// each weighted by its probability over that of the most probable one.
+  /// [m^2] The integral of the Gaussian of the place over its largest value: places that are as probable as
+  /// the most probable one would cover so much.
   double effective_area() const { return 2 * std::numbers::pi * sigma_position_ * sigma_position_; }
   /// The same of yaws, as a share of all.
   double effective_share_of_yaws() const {
