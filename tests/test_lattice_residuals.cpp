@@ -199,7 +199,7 @@ TEST_CASE("heights and radii of different stands are no evidence") {
 
 TEST_CASE("a few stems are no evidence of residuals") {
   random_source random(1);
-  const positions stand = planted(4, 4, random);
+  const positions stand = planted(3, 2, random);
   const jittered_scans scans(stand, stand, random);
   const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
   CHECK(residuals.score(shift_of(0, 0)).log10_nfa == 0);

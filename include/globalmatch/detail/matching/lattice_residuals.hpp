@@ -39,12 +39,16 @@ class lattice_residuals {
     for (kind& k : kinds_) k.null_model = residual_null_model(k.of_transforms);
   }
 
-  /// NFA: the probability under the null model that the stems fit as well in position, in radius, or in both
-  /// together (Fisher's combination), times the transforms of the lattice onto itself. 0
-  /// where too little is known.
+  /// NFA of the place of the lattice that a transform is at: the probability under the null model that the
+  /// stems fit as well in position, in radius, or in both together (Fisher's combination), times the
+  /// transforms of the lattice onto itself. 0 where too little is known. The transform is fitted as those
+  /// are: how well the given one fits the few pairs that it was found by is no evidence.
   evidence_score score(const rigid& target_from_source) const {
+    const auto pairs = pair_nearest(target_from_source);
+    const auto transform = fit(pairs);
+    if (!transform) return {0, evidence_source::residuals};
     std::vector<float> residuals[kind_count];
-    find_residuals(target_from_source, pair_nearest(target_from_source), residuals);
+    find_residuals(*transform, pairs, residuals);
     return score(residuals[0], residuals[1]);
   }
 
@@ -102,7 +106,8 @@ class lattice_residuals {
     return pairs;
   }
 
-  /// Of positions, and of radii less what all have in common.
+  /// Of positions, and of radii less what all have in common; each as large as it would be had no fit to
+  /// these pairs taken some of the noise away.
   void find_residuals(const rigid& target_from_source, std::span<const correspondence> pairs,
                       std::vector<float> (&residuals)[kind_count]) const {
     std::vector<double> radius_differences;
@@ -112,6 +117,16 @@ class lattice_residuals {
         radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
     }
     residuals[1] = deviations_from_median(radius_differences);
+    const double pairs_of_transform = context_.horizontal_distances() ? 3.0 / 2 : 6.0 / 3, of_median = 1;
+    restore_noise(residuals[0], pairs_of_transform);
+    restore_noise(residuals[1], of_median);
+  }
+
+  /// A fit to residuals took away as much noise as so many of them have.
+  static void restore_noise(std::vector<float>& residuals, double fitted) {
+    const double pairs = double(residuals.size());
+    if (pairs <= fitted) return;
+    for (float& residual : residuals) residual *= float(std::sqrt(pairs / (pairs - fitted)));
   }
 
   static std::vector<float> deviations_from_median(const std::vector<double>& values) {
@@ -129,8 +144,20 @@ class lattice_residuals {
     return paired.at.empty() ? context_.target.at.front() : central_stem(paired);
   }
 
+  /// Fitted to all pairs, then to those that are not far off: a stem that the other map does not show may be
+  /// paired with any.
   std::optional<rigid> fit(std::span<const correspondence> pairs) const {
-    return pairs.size() < residual_null_model::min_pairs ? std::nullopt : context_.fit(pairs);
+    constexpr double max_residual = 3;  // medians; one in five hundred is larger where all have normal noise
+    if (pairs.size() < residual_null_model::min_pairs) return std::nullopt;
+    const auto by_all = context_.fit(pairs);
+    if (!by_all) return std::nullopt;
+    const std::vector<double> residuals = context_.residuals(*by_all, pairs);
+    std::vector<double> reordered = residuals;
+    const double limit = max_residual * median(reordered);
+    std::vector<correspondence> kept;
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+      if (residuals[i] <= limit) kept.push_back(pairs[i]);
+    return kept.size() == pairs.size() ? by_all : context_.fit(kept);
   }
 
   /// A transform fitted to the stems it pairs until convergence: the lattice gives its yaw to some degrees
@@ -190,16 +217,13 @@ class lattice_residuals {
   }
 
   evidence_score score(std::span<const float> positions, std::span<const float> radii) const {
-    // Fits take some of the noise away: of a transform, of what all radii have in common.
-    const double by_transform = context_.horizontal_distances() ? 3.0 / 2 : 6.0 / 3, by_middle = 1;
     const std::span<const float> residuals[kind_count] = {positions, radii};
     evidence_score best{0, evidence_source::residuals};
     double minimum = 0, product = 0;
     int asked = 0;
     for (int k = 0; k < kind_count; ++k) {
       if (!kinds_[k].null_model.is_known()) continue;
-      const double log_probability =
-          kinds_[k].null_model.log_probability(residuals[k], k == 0 ? by_transform : by_middle);
+      const double log_probability = kinds_[k].null_model.log_probability(residuals[k]);
       product += log_probability;
       ++asked;
       if (log_probability >= minimum) continue;

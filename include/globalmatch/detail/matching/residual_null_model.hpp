@@ -28,59 +28,79 @@ class residual_null_model {
       for (const float residual : residuals)
         if (passed++ % step == 0) known_.push_back(double(residual));
     sort_numbers(known_);
-    std::vector<double> factors, shares;
-    for (const auto& residuals : of_transforms) {
-      if (residuals.size() < min_pairs) continue;
-      const double pairs = double(residuals.size()), off = surprisal_of(residuals) - pairs;
-      const double variance = off * off / median_of_chi_squared;
-      factors.push_back(variance / pairs);
-      shares.push_back((variance - pairs) / (pairs * pairs));
-    }
-    if (factors.empty()) return;
-    factor_ = std::max(1.0, median(factors));
-    share_ = std::max(0.0, median(shares));
+    learn_variances(of_transforms);
   }
 
   /// Whether there was something to learn from.
-  bool is_known() const { return factor_ > 0; }
+  bool is_known() const { return !factors_.empty(); }
 
   /// Natural logarithm of the probability under the null model that pairs fit as well. A residual counts by
-  /// the logarithm of the share of all residuals that are larger; the sum over the pairs is gamma distributed
-  /// whatever the residuals are like, and wider by as much as the sums of the known transforms are, where
-  /// stems near each other fit together or not. `fitted` pairs' worth of noise was taken away by a fit to
-  /// these pairs. 0 for fewer than a dozen pairs.
-  double log_probability(std::span<const float> residuals, double fitted) const {
+  /// how much smaller it is than the median of all, evenly from 0 to 1 under the null model, and a larger one
+  /// for nothing: a stem that the other map does not show may be paired with any. The sum over the pairs is
+  /// wider by as much as the sums of known transforms of as many pairs are, where stems near each other fit
+  /// together or not. 0 for fewer pairs than `min_pairs`.
+  double log_probability(std::span<const float> residuals) const {
     const double pairs = double(residuals.size());
     if (!is_known() || residuals.size() < min_pairs) return 0;
-    const double wider = std::max(factor_, 1 + share_ * pairs);
-    return log_gamma_tail(surprisal_of(residuals) / wider, (pairs - fitted) / wider);
+    const double wider = factors_[std::min(doublings(pairs), factors_.size() - 1)];
+    return log_uniform_sum_tail(nearness_of(residuals) / wider, pairs / wider, half);
   }
 
-  static constexpr std::size_t min_pairs = 12;
+  static constexpr std::size_t min_pairs = 6;
 
  private:
-  static constexpr double median_of_chi_squared = 0.455;  // of one degree of freedom
+  // A share that the right transform, one of all, does not change; of one degree of freedom.
+  static constexpr double most = 0.8, chi_squared_of_most = 1.642;
+  static constexpr double half = 0.5, mean_nearness = half / 2,  // of one pair, under the null model
+      variance_of_nearness = half / 3 - mean_nearness * mean_nearness;
 
-  /// On average as much as there are residuals, under the null model: the sum of -log of the shares that are
-  /// smaller.
-  double surprisal_of(std::span<const float> residuals) const {
-    // Among equals a residual counts as their mean: that of -log(u) over their shares u.
-    const auto integral = [](double u) { return u > 0 ? u - u * std::log(u) : 0; };
+  static std::size_t doublings(double pairs) { return std::size_t(std::ilogb(pairs)); }
+
+  /// Learns from transforms of 1, 2, 4, ... pairs and more by what factor the variance of their sums is
+  /// larger than that of independent pairs. Where few have so many the excess doubles, as if pairs went
+  /// together.
+  void learn_variances(std::span<const std::vector<float>> of_transforms) {
+    constexpr std::size_t few = 10;
+    std::vector<std::vector<double>> known;
+    for (const auto& residuals : of_transforms) {
+      if (residuals.size() < min_pairs) continue;
+      const double pairs = double(residuals.size()), off = nearness_of(residuals) - mean_nearness * pairs;
+      known.resize(std::max(known.size(), doublings(pairs) + 1));
+      if (off <= 0) continue;  // how far sums are below the mean says nothing of how far they are above
+      for (std::size_t i = 0; i <= doublings(pairs); ++i)
+        known[i].push_back(off * off / (pairs * variance_of_nearness * chi_squared_of_most));
+    }
+    for (std::vector<double>& factors : known) {
+      const double before = factors_.empty() ? 1 : factors_.back();
+      factors_.push_back(factors.size() < few ? 2 * before - 1 : std::max(1.0, quantile(factors, most)));
+    }
+  }
+
+  /// What a share of the numbers does not exceed. Reorders them.
+  static double quantile(std::vector<double>& numbers, double share) {
+    const auto at = numbers.begin() + std::ptrdiff_t(share * double(numbers.size() - 1));
+    std::nth_element(numbers.begin(), at, numbers.end());
+    return *at;
+  }
+
+  /// Sum of 1 less the share of known residuals that are smaller, in halves of them; 0 for the larger half.
+  double nearness_of(std::span<const float> residuals) const {
+    // Among equals a residual counts as their mean: that of 1 - u / half over their shares u.
+    const auto integral = [](double u) { return u < half ? u - u * u / (2 * half) : half / 2; };
     const double all = double(known_.size()) + 1;
     double sum = 0;
     for (const float residual : residuals) {
       const auto equal = std::lower_bound(known_.begin(), known_.end(), double(residual));
       const auto larger = std::upper_bound(known_.begin(), known_.end(), double(residual));
-      const double above = double(known_.end() - larger) / all;
-      const double not_below = (double(known_.end() - equal) + 1) / all;
-      sum += (integral(not_below) - integral(above)) / (not_below - above);
+      const double below = double(equal - known_.begin()) / all;
+      const double not_above = (double(larger - known_.begin()) + 1) / all;
+      sum += (integral(not_above) - integral(below)) / (not_above - below);
     }
     return sum;
   }
 
-  std::vector<double> known_;  // residuals, increasing
-  double factor_ = 0;          // variance of a sum over that of independent pairs
-  double share_ = 0;           // of pairs that go together
+  std::vector<double> known_;    // residuals, increasing
+  std::vector<double> factors_;  // of variances, by the doublings of the pairs
 };
 
 }  // namespace globalmatch::detail
