@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "catch.hpp"
@@ -218,6 +219,56 @@ TEST_CASE("residuals of zero are certain on an exact lattice, and no evidence") 
   null.score(h, set);
   CHECK(h.log10_nfa > 0);
   CHECK(h.log10_nfa_poisson < -100);
+}
+
+TEST_CASE("a dense clump on the stems of a sparse map is near several of them, and no evidence") {
+  random_source random(5);
+  const position_set sparse = scenes::set_in_order(scenes::random_stems(random, 200, 100, 100));
+  // Several stems of the clump around each of the sparse ones in a corner of 20 m.
+  positions clump;
+  for (const vec3& p : sparse.at)
+    if (p.x < 20 && p.y < 20)
+      for (int i = 0; i < 4; ++i)
+        clump.push_back({p.x + 0.4 * random.normal(), p.y + 0.4 * random.normal(), 0});
+  const position_set dense = scenes::set_in_order(clump);
+  REQUIRE(dense.size() >= 16);
+  const matching_context maps(dense, sparse, true, four);
+  null_model null(maps, std::vector<double>{0.9});
+  local_hypothesis one_way, both_ways;
+  one_way.inlier_threshold = both_ways.inlier_threshold = 0.9;
+  null.score(one_way, null.residuals_under({}, 0.9));
+  null.include_reversed();
+  null.score(both_ways, null.residuals_under({}, 0.9));
+  CHECK(one_way.log10_nfa < -6);
+  CHECK(both_ways.log10_nfa > -1);
+  CHECK(both_ways.log10_nfa_poisson > -1);
+}
+
+TEST_CASE("maps as dense as each other are scored one way, and a clump that is the same one both ways") {
+  random_source random(6);
+  const positions stems = scenes::random_stems(random, 200, 100, 100);
+  const position_set target = scenes::set_in_order(stems),
+                     alike = scenes::set_in_order(scenes::noisy(stems, 0.02, random));
+  positions corner = scenes::random_stems(random, 30, 15, 15);
+  positions with_corner = stems;
+  with_corner.insert(with_corner.end(), corner.begin(), corner.end());
+  const position_set dense = scenes::set_in_order(scenes::noisy(corner, 0.02, random)),
+                     holds_dense = scenes::set_in_order(with_corner);
+  const auto scores = [&](const position_set& source, const position_set& map) {
+    const matching_context maps(source, map, true, four);
+    null_model null(maps, std::vector<double>{0.1});
+    local_hypothesis before, after;
+    before.inlier_threshold = after.inlier_threshold = 0.1;
+    null.score(before, null.residuals_under({}, 0.1));
+    null.include_reversed();
+    null.score(after, null.residuals_under({}, 0.1));
+    return std::pair(before.log10_nfa, after.log10_nfa);
+  };
+  const auto [alike_before, alike_after] = scores(alike, target);
+  CHECK(alike_after == alike_before);
+  const auto [dense_before, dense_after] = scores(dense, holds_dense);
+  CHECK(dense_after >= dense_before);
+  CHECK(dense_after < -20);
 }
 
 }  // namespace globalmatch

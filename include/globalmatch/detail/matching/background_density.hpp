@@ -92,10 +92,9 @@ class background_density {
   /// Whether stems repeat at some shifts more often than at random.
   bool has_lattice() const { return !lattice_.empty(); }
 
-  /// Whether stems stand around a place.
-  bool surrounds(const vec3& place) const {
-    return index_->any_within(place.x, place.y, surroundings_factor * stem_radius_);
-  }
+  /// Whether stems stand around a place: within `surroundings` [m].
+  bool surrounds(const vec3& place) const { return index_->any_within(place.x, place.y, surroundings()); }
+  double surroundings() const { return surroundings_factor * stem_radius_; }
 
  private:
   static constexpr double surroundings_factor = 3;  // stem radii: a circle that holds nine stems

@@ -44,9 +44,24 @@ class null_model {
   /// null model.
   double inlier_probability(double inlier_threshold) const { return at(inlier_threshold).inlier_probability; }
 
+  /// Where source stems stand much more densely than target stems, several of them are near the same target
+  /// stem, and a clump of them is near all that stand there: from now on transforms are then scored both
+  /// ways, and the larger tail counts. Cost: linear in the stems.
+  void include_reversed() {
+    constexpr double much_more_densely = 2;
+    const double source = context_.source_index->spacing(), target = context_.target_index->spacing();
+    if (target * target <= much_more_densely * source * source) return;
+    reversed_maps_ = std::make_unique<const matching_context>(context_.reversed());
+    std::vector<double> thresholds;
+    for (const probabilities& known : known_) thresholds.push_back(known.inlier_threshold);
+    reversed_ = std::make_unique<null_model>(*reversed_maps_, thresholds);
+    if (is_lattice_left_out_) reversed_->leave_out_lattice();
+  }
+
   /// From now on chance is at least as good as it is along the lattice of these stems.
   void include_lattice_of(const background_density& plantation) {
     if (is_lattice_left_out_) return;
+    if (reversed_) reversed_->include_lattice_of(plantation);
     const auto include = [&](probabilities& known) {
       known.inlier_probability = std::max(
           known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold + step_));
@@ -58,6 +73,7 @@ class null_model {
   /// From now on stems stand at random: a prior excludes all transforms that a lattice would explain but one.
   void leave_out_lattice() {
     is_lattice_left_out_ = true;
+    if (reversed_) reversed_->leave_out_lattice();
     least_.inlier_probability = least_.poisson_inlier_probability;
     for (probabilities& known : known_) known.inlier_probability = known.poisson_inlier_probability;
   }
@@ -84,8 +100,10 @@ class null_model {
     const std::size_t step = std::max<std::size_t>(1, (smaller + max_sampled - 1) / max_sampled);
     residual_set result;
     if (context_.prior) result.prior_sigmas = context_.prior->deviation(target_from_source).sigmas;
-    for (std::size_t s = 0; s < context_.source.size(); s += step) {
-      matching_context::poll_cancelled_at(s / step);
+    std::size_t visited = 0;
+    const auto look = [&](stem_index s) {
+      if (visited++ % step != 0) return;
+      matching_context::poll_cancelled_at(visited / step);
       const vec3 transformed = target_from_source * context_.source.at[s];
       if (target_->surrounds(transformed)) ++result.expected;
       double residual = search_radius;
@@ -93,6 +111,12 @@ class null_model {
         if (distance < residual) residual = distance;
       });
       if (residual < search_radius) result.residuals.push_back(residual);
+    };
+    if (context_.source.size() > smaller) {  // those that may be near
+      const disc around = disc_around_target();
+      context_.for_each_source_within(target_from_source.inverse() * around.center, around.radius, look);
+    } else {
+      for (stem_index s = 0; s < context_.source.size(); ++s) look(s);
     }
     sort_numbers(result.residuals);
     result.cumulative_probability =
@@ -129,30 +153,22 @@ class null_model {
   /// of stems fix (three in 6-DoF), at all thresholds; as many pairs are then no evidence. After Moisan and
   /// Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3).
   double log10_nfa(const residual_set& set, double inlier_threshold) const {
-    return log10_nfa(set, set.cumulative_probability, inlier_threshold,
-                     at(inlier_threshold).inlier_probability);
+    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
+    return (log_number_of_tests(inlier_threshold, set.prior_sigmas) +
+            log_tail(set, set.cumulative_probability, inlier_threshold,
+                     at(inlier_threshold).inlier_probability, fixing)) /
+           std::numbers::ln10;
   }
 
   /// Scores a hypothesis, whose residuals are `set`, at its threshold.
   void score(local_hypothesis& h, const residual_set& set) const {
-    h.log10_nfa = log10_nfa(set, h.inlier_threshold);
-    h.log10_nfa_poisson =
-        log10_nfa(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
-                  h.inlier_threshold, at(h.inlier_threshold).poisson_inlier_probability);
+    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
+    score(h, set, log_number_of_tests(h.inlier_threshold, set.prior_sigmas), fixing);
   }
 
   /// The same for a transform that was not searched for: the tests are the thresholds, and no pairs fix it.
   void score_given(local_hypothesis& h, const residual_set& set) const {
-    const auto scored = [&](const std::vector<double>& cumulative_probability, double inlier_probability) {
-      return (std::log(double(thresholds_)) +
-              log_tail(set, cumulative_probability, h.inlier_threshold, inlier_probability, 0)) /
-             std::numbers::ln10;
-    };
-    const probabilities known = at(h.inlier_threshold);
-    h.log10_nfa = scored(set.cumulative_probability, known.inlier_probability);
-    h.log10_nfa_poisson =
-        scored(cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
-               known.poisson_inlier_probability);
+    score(h, set, std::log(double(thresholds_)), 0);
   }
 
  private:
@@ -210,12 +226,41 @@ class null_model {
     return sums;
   }
 
-  double log10_nfa(const residual_set& set, const std::vector<double>& cumulative_probability,
-                   double inlier_threshold, double inlier_probability) const {
-    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
-    return (log_number_of_tests(inlier_threshold, set.prior_sigmas) +
-            log_tail(set, cumulative_probability, inlier_threshold, inlier_probability, fixing)) /
-           std::numbers::ln10;
+  /// A disc that holds the target stems, and what is around them.
+  struct disc {
+    vec3 center;
+    double radius = 0;  // [m]
+  };
+  disc disc_around_target() const {
+    disc result;
+    for (const vec3& p : context_.target.at) result.center += p / double(context_.target.size());
+    for (const vec3& p : context_.target.at)
+      result.radius = std::max(result.radius, (p - result.center).xy().norm());
+    result.radius += target_->surroundings();
+    return result;
+  }
+
+  void score(local_hypothesis& h, const residual_set& set, double log_tests, double fixing) const {
+    tails found = tails_of(set, h.inlier_threshold, fixing);
+    if (reversed_) {
+      const tails back =
+          reversed_->tails_of(reversed_->residuals_under(h.target_from_source.inverse(), h.inlier_threshold),
+                              h.inlier_threshold, fixing);
+      found = {std::max(found.as_known, back.as_known), std::max(found.at_random, back.at_random)};
+    }
+    h.log10_nfa = (log_tests + found.as_known) / std::numbers::ln10;
+    h.log10_nfa_poisson = (log_tests + found.at_random) / std::numbers::ln10;
+  }
+
+  /// Logarithms of tail probabilities: with all that is known of the maps, and if stems stood at random.
+  struct tails {
+    double as_known, at_random;
+  };
+  tails tails_of(const residual_set& set, double inlier_threshold, double fixing) const {
+    const probabilities known = at(inlier_threshold);
+    return {log_tail(set, set.cumulative_probability, inlier_threshold, known.inlier_probability, fixing),
+            log_tail(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
+                     inlier_threshold, known.poisson_inlier_probability, fixing)};
   }
 
   /// Logarithm of the probability under the null model that as many stems are as near, but for the pairs that
@@ -258,6 +303,8 @@ class null_model {
   bool is_lattice_left_out_ = false;
   probabilities least_;               // at the smallest residual
   std::vector<probabilities> known_;  // by increasing threshold
+  std::unique_ptr<const matching_context> reversed_maps_;
+  std::unique_ptr<null_model> reversed_;  // of these
 };
 
 }  // namespace globalmatch::detail

@@ -143,7 +143,8 @@ GLOBALMATCH_INLINE hypothesis score_given(const position_set& source, const posi
   const std::span<const double> thresholds = options.inlier_threshold
                                                  ? std::span(&*options.inlier_threshold, 1)
                                                  : std::span<const double>(pairing_thresholds);
-  const null_model null(context, thresholds);
+  null_model null(context, thresholds);
+  null.include_reversed();
   local_hypothesis h;
   h.target_from_source = target.frame.local_from_scan() * given * source.frame.local_from_scan().inverse();
   const null_model::residual_set set = null.residuals_under(h.target_from_source, thresholds.back());
