@@ -224,4 +224,16 @@ TEST_CASE("residuals that go together in the known transforms make a good fit le
   CHECK(improbable < 0.09 * 2000);
 }
 
+TEST_CASE("pairs that go together among few go together among many, whatever a few transforms show") {
+  random_source random(3);
+  transforms known = drawn_transforms(200, 40, 1, random);
+  const auto many = drawn_transforms(40, 130, 0, random);
+  const residual_null_model of_few(known);
+  known.insert(known.end(), many.begin(), many.end());
+  const residual_null_model of_both(known);
+  const auto good = times(0.3, drawn(130, 0, random));
+  CHECK(of_few.log_probability(good) < 0);
+  CHECK(of_both.log_probability(good) > 1.5 * of_few.log_probability(good));
+}
+
 }  // namespace globalmatch

@@ -25,39 +25,22 @@ struct decision {
   std::string reason;  ///< names the step and the remedy; empty when registered
 };
 
-/// What separates right hypotheses from wrong ones.
-struct decision_features {
-  double log10_nfa = 0;  ///< of the best hypothesis
-  double lead = 0;       ///< by how much that is below the next best one's
-  double pairs = 0;      ///< stems that the best one pairs
-};
-
-/// The features of ranked hypotheses. The worst possible alternative stands in for one that was not found.
-inline decision_features features_of(std::span<const local_hypothesis> hypotheses) {
-  constexpr double max_lead = 8, max_log10_nfa = 6, min_log10_nfa = -12;  // beyond these nothing changes
-  if (hypotheses.empty()) return {max_log10_nfa, 0, 0};
-  const double best = hypotheses[0].log10_nfa;
-  const double lead = hypotheses.size() > 1 ? hypotheses[1].log10_nfa - best : max_lead;
-  return {std::clamp(best, min_log10_nfa, max_log10_nfa), std::clamp(lead, 0.0, max_lead),
-          double(hypotheses[0].correspondences.size())};
-}
-
-/// Probability that the best of ranked hypotheses, scored at one threshold, is right: a logistic regression
-/// on their features, fitted to pairs of made-up maps of which two thirds share enough stems to be matched
-/// (`benchmarks/matching_verdicts --suites fit --pairs 1000 --seed 2`; how well it holds for other stands is
-/// in docs/results.md). Maps that have nothing in common come with smaller odds. 0 for fewer pairs than are
-/// needed, and 0.99 at most where it is not significant.
+/// Probability that the best of ranked hypotheses is right: a logistic regression on the logarithm of its
+/// NFA, fitted to windows of real stem maps of which half overlap and half have nothing in common
+/// (`benchmarks/window_probabilities --pairs 3000 --seed 2`; how well it holds for others is in
+/// docs/results.md). Of maps that surely overlap more are right. 0 for fewer pairs than are needed, and 0.9
+/// at most where it is not significant.
 inline double probability_of(std::span<const local_hypothesis> hypotheses,
                              const decision_options& options = {}) {
-  constexpr double constant = -3.91, nfa_coefficient = -0.094, lead_coefficient = 1.24,
-                   pairs_coefficient = 0.773, max_if_insignificant = 0.99;
-  const decision_features e = features_of(hypotheses);
-  if (e.pairs < options.min_correspondences) return 0;
-  const double odds = constant + nfa_coefficient * e.log10_nfa + lead_coefficient * e.lead +
-                      pairs_coefficient * std::log(e.pairs);
-  const double probability = 1 / (1 + std::exp(-odds));
-  const bool not_significant = hypotheses[0].log10_nfa > max_log10_nfa(options);
-  return not_significant ? std::min(probability, max_if_insignificant) : probability;
+  constexpr double constant = -1.31, nfa_coefficient = -1.83,
+                   min_log10_nfa = -12;  // beyond it nothing changes
+  constexpr double max_if_insignificant = 0.9;
+  if (hypotheses.empty() || hypotheses[0].correspondences.size() < std::size_t(options.min_correspondences))
+    return 0;
+  const double log10_nfa = hypotheses[0].log10_nfa;
+  const double log_odds = constant + nfa_coefficient * std::max(log10_nfa, min_log10_nfa);
+  const double probability = 1 / (1 + std::exp(-log_odds));
+  return log10_nfa > max_log10_nfa(options) ? std::min(probability, max_if_insignificant) : probability;
 }
 
 /// Horizontal standard deviation [m] of the paired source stems, across the line that fits them best.

@@ -72,7 +72,7 @@ class residual_null_model {
     }
     for (std::vector<double>& factors : known) {
       const double before = factors_.empty() ? 1 : factors_.back();
-      factors_.push_back(factors.size() < few ? 2 * before - 1 : std::max(1.0, quantile(factors, most)));
+      factors_.push_back(factors.size() < few ? 2 * before - 1 : std::max(before, quantile(factors, most)));
     }
   }
 
