@@ -1,13 +1,12 @@
 // Is a transform right when it is said to be? Pairs of maps of one stand, of different stands, and of stands
 // on a lattice: outcomes, and how probable right ones were said to be.
-#include <globalmatch/detail/matching/decision.hpp>
 #include <globalmatch/stem_matching.hpp>
 
+#include "calibration.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include <algorithm>
@@ -45,11 +44,6 @@ struct further_view {
 } further;
 
 using generator = std::function<trial(random_source&)>;
-
-template <class T>
-const T& any_of(const std::vector<T>& values, random_source& random) {
-  return values[random.below(static_cast<std::uint32_t>(values.size()))];
-}
 
 /// As many in each octave.
 std::size_t any_size(double minimum, double maximum, random_source& random) {
@@ -230,67 +224,6 @@ void write_line(std::ostream& csv, std::string_view suite, const result& r) {
       << (h.empty() ? "" : to_string(h[0].evidence)) << '\n';
 }
 
-/// What the features of a decision are computed from.
-std::vector<local_hypothesis> as_local(const std::vector<hypothesis>& hypotheses) {
-  std::vector<local_hypothesis> local(hypotheses.size());
-  for (std::size_t i = 0; i < local.size(); ++i) {
-    local[i].correspondences = hypotheses[i].correspondences;
-    local[i].log10_nfa = hypotheses[i].log10_nfa;
-  }
-  return local;
-}
-
-/// Coefficients of `probability_of` that make the outcomes most likely: Newton's method, with hardly any
-/// penalty.
-Eigen::Vector4d fit_logistic(const std::vector<result>& results) {
-  constexpr double penalty = 1e-6;
-  Eigen::Vector4d w = Eigen::Vector4d::Zero();
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    Eigen::Matrix4d curvature = penalty * Eigen::Matrix4d::Identity();
-    Eigen::Vector4d slope = -penalty * w;
-    for (const result& r : results) {
-      const decision_features e = features_of(as_local(r.match.hypotheses));
-      if (e.pairs < decision_options{}.min_correspondences) continue;
-      const Eigen::Vector4d x(1, e.log10_nfa, e.lead, std::log(e.pairs));
-      const double p = 1 / (1 + std::exp(-w.dot(x)));
-      curvature += p * (1 - p) * x * x.transpose();
-      slope += (double(r.best_right) - p) * x;
-    }
-    w += curvature.ldlt().solve(slope);
-  }
-  return w;
-}
-
-/// How well the probabilities hold, in bins of as many pairs each.
-void print_calibration(const std::vector<result>& results) {
-  constexpr std::size_t bins = 20;
-  std::vector<std::pair<double, bool>> sorted;  // probability, and whether it was right
-  for (const result& r : results) sorted.emplace_back(r.match.probability, r.best_right);
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
-  double brier = 0, right = 0, off = 0;
-  std::size_t wrong_but_sure = 0;
-  std::cout << "\n| pairs | mean probability | share that is right |\n|---|---|---|\n";
-  for (std::size_t b = 0; b < bins; ++b) {
-    const std::size_t begin = b * results.size() / bins, end = (b + 1) * results.size() / bins;
-    double said = 0, was = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      const double p = sorted[i].first, y = sorted[i].second;
-      said += p;
-      was += y;
-      brier += (p - y) * (p - y);
-      wrong_but_sure += p > 0.99 && !sorted[i].second;
-    }
-    right += was;
-    off += std::abs(said - was);
-    const double count = double(end - begin);
-    std::cout << "| " << count << " | " << said / count << " | " << was / count << " |\n";
-  }
-  const double all = double(results.size()), share = right / all;
-  std::cout << "\nexpected calibration error " << off / all << ", Brier skill "
-            << 1 - brier / all / (share * (1 - share)) << ", wrong above 0.99: " << wrong_but_sure << "\n";
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -300,8 +233,7 @@ int main(int argc, char** argv) {
   std::size_t pairs = 0;
   std::uint64_t seed = 1;
   std::filesystem::path csv_file = "decision_rates.csv";
-  app.add_option("--suites", chosen,
-                 "different, one, lattice, gaps, calibration, fit; all but the last if not given")
+  app.add_option("--suites", chosen, "different, one, lattice, gaps, calibration; all if not given")
       ->delimiter(',');
   app.add_option("--pairs", pairs, "of each suite; 0: 1000, of lattices 100, of calibration 2000")
       ->capture_default_str();
@@ -319,7 +251,6 @@ int main(int argc, char** argv) {
         {"gaps", 100, planted_lattice(0.1, 15)},
         {"calibration", 2000,
          one_stand({"spaced", "gradient", "staggered"}, {0.01, 0.05, 0.15}, 0.0, 0.6, 0.6, 0.4)},
-        {"fit", 4000, one_stand({"random", "rows", "clumped"}, {0.02, 0.10}, 0.0, 0.6, 0.6, 0.4)},
     };
     support::atomic_file csv(csv_file);
     csv.stream()
@@ -329,8 +260,7 @@ int main(int argc, char** argv) {
                  "not registered |\n"
                  "|---|---|---|---|---|---|---|\n";
     for (const suite& s : suites) {
-      if (chosen.empty() ? s.name == "fit" : std::find(chosen.begin(), chosen.end(), s.name) == chosen.end())
-        continue;
+      if (!chosen.empty() && std::find(chosen.begin(), chosen.end(), s.name) == chosen.end()) continue;
       random_source random(seed);
       std::vector<result> results;
       for (std::size_t i = 0; i < (pairs > 0 ? pairs : s.pairs); ++i) {
@@ -338,10 +268,11 @@ int main(int argc, char** argv) {
         write_line(csv.stream(), s.name, results.back());
       }
       print(s.name, results, [](const result&) { return true; });
-      if (s.name == "calibration") print_calibration(results);
-      if (s.name == "fit")
-        std::cout << "\nconstant, nfa_coefficient, lead_coefficient, pairs_coefficient: "
-                  << fit_logistic(results).transpose() << "\n";
+      if (s.name == "calibration") {
+        std::vector<prediction> said;
+        for (const result& r : results) said.push_back({r.match.probability, r.best_right});
+        print_calibration(std::move(said));
+      }
       if (s.name == "lattice") print_alternatives(results);
       if (s.name == "one") {
         const auto enough = [](const result& r) { return r.of.maps.common >= 12; };

@@ -27,34 +27,6 @@ using namespace globalmatch::benchmarks;
 
 namespace {
 
-struct window_pair {
-  two_maps maps;
-  std::size_t common = 0;  // stems in both
-};
-
-/// Two windows whose centers are 0.8 to 1.7 radii apart: circles at 0.8 share half of their area. None shows
-/// more than half of the map, or the other could not but show the same.
-window_pair cut_pair(const positions& map, std::size_t trees, const view_options& view,
-                     random_source& random) {
-  trees = std::min(trees, map.size() / 2);
-  const Eigen::Vector3d& place = map[random.below(static_cast<std::uint32_t>(map.size()))];
-  const window first = cut_window(map, place, trees);
-  const double direction = uniform(random, 0, 2 * std::numbers::pi);
-  const double distance = first.radius * uniform(random, 0.8, 1.7);
-  const window second =
-      cut_window(map, place + distance * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0), trees);
-  window_pair pair;
-  std::set<std::size_t> in_first, in_second;
-  pair.maps.source = survey(map, first, view, random, in_first);
-  pair.maps.target = survey(map, second, view, random, in_second);
-  pair.maps.target_from_source =
-      Eigen::Translation3d(uniform(random, -100, 100), uniform(random, -100, 100), 5) *
-      Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
-  for (Eigen::Vector3d& p : pair.maps.target) p = pair.maps.target_from_source * p;
-  for (const std::size_t i : in_first) pair.common += in_second.count(i);
-  return pair;
-}
-
 /// Whether the stems end, on average, less than 0.3 m, or three standard deviations of the noise, from their
 /// true places.
 bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, double noise) {

@@ -72,6 +72,11 @@ inline double uniform(random_source& random, double from, double to) {
   return from + (to - from) * random.uniform();
 }
 
+template <class T>
+const T& any_of(const std::vector<T>& values, random_source& random) {
+  return values[random.below(static_cast<std::uint32_t>(values.size()))];
+}
+
 inline Eigen::Vector3d gaussian(random_source& random, double sigma) {
   return sigma * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
 }

@@ -168,17 +168,22 @@ TEST_CASE("heights have no say in the decision") {
   CHECK(decide(std::vector{h}, maps).outcome == outcome::registered);
 }
 
-TEST_CASE("a right hypothesis is the more probable, the further it leads, the more stems it pairs") {
-  const auto probability = [](std::size_t pairs, double alarms, double alternative) {
-    return probability_of(std::vector{pairing(pairs, alarms), pairing(3, alternative)});
+TEST_CASE("a hypothesis is the more probable, the smaller its NFA, and 0.9 at most where not significant") {
+  const auto of = [](std::size_t pairs, double log10_nfa) {
+    return probability_of(std::vector{pairing(pairs, log10_nfa), pairing(3, 5)});
   };
-  CHECK(probability(20, -20, 2) > 0.99);
-  CHECK(probability(5, 1, 1.2) < 0.2);
-  CHECK(probability(8, -1, 2) > probability(8, -1, 1));
-  CHECK(probability(12, -1, 1) > probability(8, -1, 1));
-  CHECK(probability(20, -2.9, 99) == 0.99);  // chance is not ruled out
-  CHECK(probability(20, -3.1, 99) > 0.99);
-  CHECK(probability(3, -20, 2) == 0);
+  double before = 0;
+  for (const double log10_nfa : {3., 1., 0., -1., -1.8, -3., -5., -8., -12.}) {
+    const double probability = of(10, log10_nfa);
+    CHECK(probability > before);
+    before = probability;
+  }
+  CHECK(of(10, -20) == of(10, -12));
+  CHECK(of(10, 0) == Approx(0.2).margin(0.1));
+  CHECK(of(10, -2.9) == 0.9);
+  CHECK(of(10, -3.1) > 0.9);
+  CHECK(of(4, -8) == of(40, -8));
+  CHECK(of(3, -8) == 0);
   CHECK(probability_of({}) == 0);
   CHECK(probability_of(std::vector{pairing(20, -20)}) > 0.99);
 }
@@ -225,22 +230,6 @@ TEST_CASE("the standard deviation across a line of stems is the smallest in any 
     smallest = std::min(smallest, std::sqrt(squares - sum * sum));
   }
   CHECK(sigma == Approx(smallest).epsilon(1e-4));
-}
-
-TEST_CASE("the lead of a hypothesis is what the next one's NFA is above its own, between 0 and 8") {
-  const auto of = [](std::vector<double> log10_nfas) {
-    std::vector<local_hypothesis> all;
-    for (const double nfa : log10_nfas) {
-      all.emplace_back();
-      all.back().log10_nfa = nfa;
-    }
-    return features_of(all);
-  };
-  CHECK(of({-5, -3.5}).lead == Approx(1.5));
-  CHECK(of({-5, 9}).lead == 8);
-  CHECK(of({-5}).lead == 8);
-  CHECK(of({-30, -29}).log10_nfa == -12);
-  CHECK(of({-5, -3.5}).log10_nfa == -5);
 }
 
 }  // namespace globalmatch
