@@ -79,7 +79,8 @@ bool is_significant(const two_maps& maps, const matching_options& options) {
   const matching_context context(source, target, std::make_shared<position_index>(source),
                                  std::make_shared<position_index>(target), true, degrees_of_freedom::four,
                                  exec, local_prior(*options.prior, source, target));
-  const null_model null(context, pairing_thresholds);
+  null_model null(context, pairing_thresholds);
+  null.include_reversed();
   local_hypothesis h;
   h.target_from_source = target.frame.local_from_scan() * from_eigen(maps.target_from_source) *
                          source.frame.local_from_scan().inverse();

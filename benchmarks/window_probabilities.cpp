@@ -44,7 +44,7 @@ struct observed {
 /// Coefficients of the probability that make the outcomes most likely: Newton's method, with hardly any
 /// penalty.
 Eigen::Vector2d fit_logistic(const std::vector<observed>& outcomes) {
-  constexpr double penalty = 1e-6, min_log10_nfa = -12;
+  constexpr double penalty = 1e-6, min_log10_nfa = -6;
   Eigen::Vector2d w = Eigen::Vector2d::Zero();
   for (int iteration = 0; iteration < 50; ++iteration) {
     Eigen::Matrix2d curvature = penalty * Eigen::Matrix2d::Identity();

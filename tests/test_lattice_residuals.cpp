@@ -215,4 +215,31 @@ TEST_CASE("where transforms are too many to be looked at there is no evidence") 
   CHECK(residuals.propose(8).empty());
 }
 
+TEST_CASE("stems that only one map shows take little from the evidence of the others") {
+  random_source random(9);
+  const positions stand = planted(7, 7, random);
+  positions second = stand;
+  // A stem elsewhere in its cell, in place of what is not seen.
+  for (const std::size_t i : {8u, 17u, 24u, 33u, 40u}) second[i] += Eigen::Vector3d(0.6, -0.5, 0);
+  const jittered_scans complete(stand, stand, random), with_others(stand, second, random);
+  const auto score = [](const jittered_scans& scans) {
+    return lattice_residuals(scans.maps, jittered_rows, shift_of(0, 0)).score(shift_of(0, 0)).log10_nfa;
+  };
+  CHECK(score(complete) < -8);
+  CHECK(score(with_others) < 0.6 * score(complete));
+}
+
+TEST_CASE("a fit to few pairs is no evidence of them") {
+  // Of unrelated rows some place of few stems always fits better than those of many.
+  int significant = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    random_source random(seed);
+    const jittered_scans scans(planted(6, 5, random), planted(6, 5, random), random);
+    const lattice_residuals residuals(scans.maps, jittered_rows, shift_of(0, 0));
+    for (const local_hypothesis& h : residuals.propose(1))
+      significant += residuals.score(h.target_from_source).log10_nfa < -1;
+  }
+  CHECK(significant <= 8);
+}
+
 }  // namespace globalmatch

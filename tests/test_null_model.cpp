@@ -242,6 +242,52 @@ TEST_CASE("a dense clump on the stems of a sparse map is near several of them, a
   CHECK(one_way.log10_nfa < -6);
   CHECK(both_ways.log10_nfa > -1);
   CHECK(both_ways.log10_nfa_poisson > -1);
+  CHECK(null.log10_nfa(null.residuals_under({}, 0.9), 0.9) == both_ways.log10_nfa);
+}
+
+TEST_CASE("clumps far apart are as little evidence, however the maps are turned") {
+  for (const double yaw : {0.0, 0.4, 0.8}) {
+    CAPTURE(yaw);
+    random_source random(7);
+    const rigid turned = rigid::turn_about({}, yaw);
+    position_set sparse = scenes::set_in_order(scenes::random_stems(random, 200, 100, 100)), dense;
+    for (vec3& p : sparse.at) {
+      if ((p.x < 20 && p.y < 20) || (p.x > 80 && p.y > 80))
+        for (int i = 0; i < 4; ++i)
+          dense.at.push_back(turned * vec3{p.x + 0.4 * random.normal(), p.y + 0.4 * random.normal(), 0});
+      p = turned * p;
+    }
+    dense = scenes::set_in_order(scenes::to_positions(dense.at));
+    sparse = scenes::set_in_order(scenes::to_positions(sparse.at));
+    const matching_context maps(dense, sparse, true, four);
+    null_model null(maps, std::vector<double>{0.9});
+    null.include_reversed();
+    local_hypothesis h;
+    h.inlier_threshold = 0.9;
+    null.score(h, null.residuals_under({}, 0.9));
+    CHECK(h.log10_nfa > -1);
+  }
+}
+
+TEST_CASE("of a large map those stems are looked at that may be near, and they are found as all would be") {
+  random_source random(8);
+  const position_set large = scenes::set_in_order(scenes::random_stems(random, 500, 60, 60));
+  for (const std::size_t count : {2u, 60u}) {
+    CAPTURE(count);
+    const double side = count == 2 ? 0.5 : 1.2;
+    positions few = scenes::random_stems(random, count, side, side);
+    for (Eigen::Vector3d& p : few) p += Eigen::Vector3d(30, 30, 0);
+    const position_set small = scenes::set_in_order(few);
+    const matching_context maps(large, small, true, four);
+    std::size_t near = 0;
+    for (const vec3& p : large.at) {
+      double nearest = 0.9;
+      for (const vec3& q : small.at) nearest = std::min(nearest, (p - q).xy().norm());
+      near += nearest < 0.9;
+    }
+    REQUIRE(near > 0);
+    CHECK(null_model(maps).residuals_under({}, 0.9).residuals.size() == near);
+  }
 }
 
 TEST_CASE("maps as dense as each other are scored one way, and a clump that is the same one both ways") {

@@ -191,8 +191,8 @@ TEST_CASE("some of many residuals are enough to learn from") {
 }
 
 TEST_CASE("residuals count by how much smaller they are than half of the known ones") {
-  std::vector<std::vector<float>> known(1);
-  for (int i = 0; i < 2000; ++i) known[0].push_back(float((i * 769 % 2000) + 1));
+  std::vector<std::vector<float>> known(40);
+  for (int i = 0; i < 2000; ++i) known[std::size_t(i % 40)].push_back(float((i * 769 % 2000) + 1));
   const residual_null_model model(known);
   std::vector<float> asked;
   double nearness = 0;
@@ -224,16 +224,40 @@ TEST_CASE("residuals that go together in the known transforms make a good fit le
   CHECK(improbable < 0.09 * 2000);
 }
 
-TEST_CASE("pairs that go together among few go together among many, whatever a few transforms show") {
+TEST_CASE("sums of many pairs are taken for no narrower than those of few, and wider beyond what is known") {
   random_source random(3);
   transforms known = drawn_transforms(200, 40, 1, random);
-  const auto many = drawn_transforms(40, 130, 0, random);
   const residual_null_model of_few(known);
+  transforms many;
+  for (const auto& residuals : drawn_transforms(60, 130, 0, random)) many.push_back(times(0.7, residuals));
   known.insert(known.end(), many.begin(), many.end());
   const residual_null_model of_both(known);
   const auto good = times(0.3, drawn(130, 0, random));
-  CHECK(of_few.log_probability(good) < 0);
-  CHECK(of_both.log_probability(good) > 1.5 * of_few.log_probability(good));
+  const std::vector<float> fewer(good.begin(), good.begin() + 60);
+  CHECK(of_both.log_probability(good) < 0);
+  CHECK(of_both.log_probability(good) > 3 * of_both.log_probability(fewer));
+  CHECK(of_few.log_probability(good) > 1.5 * of_few.log_probability(fewer));
+}
+
+TEST_CASE("nothing is learned from few transforms, of which no one knows whether pairs go together") {
+  random_source random(4);
+  for (const std::size_t count : {5u, 10u, 14u}) {
+    const residual_null_model null_model(drawn_transforms(count, 30, 1, random));
+    CHECK_FALSE(null_model.is_known());
+    CHECK(null_model.log_probability(std::vector<float>(30, 0)) == 0);
+  }
+  // Where there are just enough they are as improbable as is said, or hardly less.
+  for (const std::size_t count : {30u, 60u}) {
+    CAPTURE(count);
+    int all = 0, in_thousand = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      random_source own(seed);
+      const residual_null_model null_model(drawn_transforms(count, 30, 1, own));
+      for (int i = 0; i < 100; ++i, ++all)
+        in_thousand += null_model.log_probability(drawn(30, 1, own)) <= std::log(0.001);
+    }
+    CHECK(in_thousand < 0.004 * all);
+  }
 }
 
 }  // namespace globalmatch

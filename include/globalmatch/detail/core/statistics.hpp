@@ -99,18 +99,6 @@ inline double log_uniform_sum_tail(double sum, double tries, double p) {
   return std::min(0.0, tries * (at.log_generating - t * target_mean) + log_mills);
 }
 
-/// Natural logarithm of the probability that a gamma distributed number of the given mean, and of scale 1, is
-/// at most `value`; 0 where so much is expected.
-inline double log_gamma_tail(double value, double mean) {
-  if (value >= mean || mean <= 0) return 0;
-  if (value <= 0) return -std::numeric_limits<double>::infinity();
-  constexpr int max_terms = 10000;
-  constexpr double enough = 1e-12;
-  double term = 1, sum = 1;
-  for (int i = 1; i < max_terms && term > enough * sum; ++i) sum += term *= value / (mean + i);
-  return std::min(0.0, mean * std::log(value) - value - std::lgamma(mean + 1) + std::log(sum));
-}
-
 /// Natural logarithm of the probability that the product of `count` independent numbers, uniform between 0
 /// and 1, is at most exp(`log_product`): Fisher's combination of as many probabilities.
 inline double log_product_tail(double log_product, int count) {

@@ -33,7 +33,7 @@ struct decision {
 inline double probability_of(std::span<const local_hypothesis> hypotheses,
                              const decision_options& options = {}) {
   constexpr double constant = -1.31, nfa_coefficient = -1.83,
-                   min_log10_nfa = -12;  // beyond it nothing changes
+                   min_log10_nfa = -6;  // beyond it nothing changes
   constexpr double max_if_insignificant = 0.9;
   if (hypotheses.empty() || hypotheses[0].correspondences.size() < std::size_t(options.min_correspondences))
     return 0;

@@ -44,11 +44,10 @@ class lattice_residuals {
   /// transforms of the lattice onto itself. 0 where too little is known. The transform is fitted as those
   /// are: how well the given one fits the few pairs that it was found by is no evidence.
   evidence_score score(const rigid& target_from_source) const {
-    const auto pairs = pair_nearest(target_from_source);
-    const auto transform = fit(pairs);
-    if (!transform) return {0, evidence_source::residuals};
+    const auto place = fit(pair_nearest(target_from_source));
+    if (!place) return {0, evidence_source::residuals};
     std::vector<float> residuals[kind_count];
-    find_residuals(*transform, pairs, residuals);
+    find_residuals(*place, residuals);
     return score(residuals[0], residuals[1]);
   }
 
@@ -106,19 +105,28 @@ class lattice_residuals {
     return pairs;
   }
 
-  /// Of positions, and of radii less what all have in common; each as large as it would be had no fit to
-  /// these pairs taken some of the noise away.
-  void find_residuals(const rigid& target_from_source, std::span<const correspondence> pairs,
-                      std::vector<float> (&residuals)[kind_count]) const {
-    std::vector<double> radius_differences;
-    for (const auto& [s, t] : pairs) {
-      residuals[0].push_back(float(context_.residual(target_from_source, {s, t})));
-      if (radii_are_known() && context_.source.radius[s] > 0 && context_.target.radius[t] > 0)
-        radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
-    }
-    residuals[1] = deviations_from_median(radius_differences);
+  /// A transform, and the pairs that it was fitted to and those that were left out.
+  struct fitted_place {
+    rigid transform;
+    std::vector<correspondence> kept, left_out;
+  };
+
+  /// Of positions, and of radii less what all have in common; each as large as it would be had no fit to it
+  /// taken some of the noise away.
+  void find_residuals(const fitted_place& place, std::vector<float> (&residuals)[kind_count]) const {
     const double pairs_of_transform = context_.horizontal_distances() ? 3.0 / 2 : 6.0 / 3, of_median = 1;
+    std::vector<double> radius_differences;
+    const auto add = [&](std::span<const correspondence> pairs) {
+      for (const auto& [s, t] : pairs) {
+        residuals[0].push_back(float(context_.residual(place.transform, {s, t})));
+        if (radii_are_known() && context_.source.radius[s] > 0 && context_.target.radius[t] > 0)
+          radius_differences.push_back(context_.target.radius[t] - context_.source.radius[s]);
+      }
+    };
+    add(place.kept);
     restore_noise(residuals[0], pairs_of_transform);
+    add(place.left_out);
+    residuals[1] = deviations_from_median(radius_differences);
     restore_noise(residuals[1], of_median);
   }
 
@@ -146,7 +154,7 @@ class lattice_residuals {
 
   /// Fitted to all pairs, then to those that are not far off: a stem that the other map does not show may be
   /// paired with any.
-  std::optional<rigid> fit(std::span<const correspondence> pairs) const {
+  std::optional<fitted_place> fit(std::span<const correspondence> pairs) const {
     constexpr double max_residual = 3;  // medians; one in five hundred is larger where all have normal noise
     if (pairs.size() < residual_null_model::min_pairs) return std::nullopt;
     const auto by_all = context_.fit(pairs);
@@ -154,10 +162,13 @@ class lattice_residuals {
     const std::vector<double> residuals = context_.residuals(*by_all, pairs);
     std::vector<double> reordered = residuals;
     const double limit = max_residual * median(reordered);
-    std::vector<correspondence> kept;
+    fitted_place place;
     for (std::size_t i = 0; i < pairs.size(); ++i)
-      if (residuals[i] <= limit) kept.push_back(pairs[i]);
-    return kept.size() == pairs.size() ? by_all : context_.fit(kept);
+      (residuals[i] <= limit ? place.kept : place.left_out).push_back(pairs[i]);
+    const auto by_kept = context_.fit(place.kept);
+    if (!by_kept) return fitted_place{*by_all, {pairs.begin(), pairs.end()}, {}};
+    place.transform = *by_kept;
+    return place;
   }
 
   /// A transform fitted to the stems it pairs until convergence: the lattice gives its yaw to some degrees
@@ -169,9 +180,9 @@ class lattice_residuals {
       poll_cancelled();
       auto pairs = pair_nearest(transform);
       if (pairs == before) break;
-      const auto fitted = fit(pairs);
-      if (!fitted) break;
-      transform = *fitted;
+      const auto place = fit(pairs);
+      if (!place) break;
+      transform = place->transform;
       before = std::move(pairs);
     }
     return transform;
@@ -193,14 +204,13 @@ class lattice_residuals {
       poll_cancelled();
       visited_ += context_.source.size() / step_;
       const place at = ahead[next];
-      const auto pairs = pair_nearest(at.near);
-      const auto transform = fit(pairs);
-      if (!transform) continue;
-      remember(*transform, pairs);
+      const auto fitted = fit(pair_nearest(at.near));
+      if (!fitted) continue;
+      remember(*fitted);
       for (const vec2 step : {vec2{1, 0}, vec2{-1, 0}, vec2{0, 1}, vec2{0, -1}}) {
         const vec2 shift = step.x * lattice_.first + step.y * lattice_.second;
         const place beside{at.i + int(step.x), at.j + int(step.y),
-                           shifted_after(*transform, {shift.x, shift.y, 0})};
+                           shifted_after(fitted->transform, {shift.x, shift.y, 0})};
         const auto known = std::lower_bound(seen.begin(), seen.end(), beside.key());
         if (known != seen.end() && *known == beside.key()) continue;
         seen.insert(known, beside.key());
@@ -209,10 +219,10 @@ class lattice_residuals {
     }
   }
 
-  void remember(const rigid& transform, std::span<const correspondence> pairs) {
+  void remember(const fitted_place& place) {
     std::vector<float> residuals[kind_count];
-    find_residuals(transform, pairs, residuals);
-    transforms_.push_back(transform);
+    find_residuals(place, residuals);
+    transforms_.push_back(place.transform);
     for (int k = 0; k < kind_count; ++k) kinds_[k].of_transforms.push_back(std::move(residuals[k]));
   }
 

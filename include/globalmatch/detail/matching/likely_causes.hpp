@@ -45,7 +45,8 @@ inline local_hypothesis match_at_sight(const position_set& source, const prepare
   constexpr double thresholds[] = {0.1, 0.2};  // [m] of proposals
   const matching_context context(source, target.stems, std::make_shared<position_index>(source, exec),
                                  target.index, true, degrees_of_freedom::four, exec);
-  const null_model null(context, target.background, pairing_thresholds, thresholds);
+  null_model null(context, target.background, pairing_thresholds, thresholds);
+  null.include_reversed();
   matching_funnel funnel;
   local_hypothesis best;
   for (const double inlier_threshold : thresholds) {

@@ -46,16 +46,18 @@ class null_model {
 
   /// Where source stems stand much more densely than target stems, several of them are near the same target
   /// stem, and a clump of them is near all that stand there: from now on transforms are then scored both
-  /// ways, and the larger tail counts. Cost: linear in the stems.
+  /// ways, and the larger tail counts. Before anything else. Cost: linear in the source stems.
   void include_reversed() {
     constexpr double much_more_densely = 2;
-    const double source = context_.source_index->spacing(), target = context_.target_index->spacing();
-    if (target * target <= much_more_densely * source * source) return;
-    reversed_maps_ = std::make_unique<const matching_context>(context_.reversed());
     std::vector<double> thresholds;
     for (const probabilities& known : known_) thresholds.push_back(known.inlier_threshold);
-    reversed_ = std::make_unique<null_model>(*reversed_maps_, thresholds);
-    if (is_lattice_left_out_) reversed_->leave_out_lattice();
+    auto maps = std::make_unique<const matching_context>(context_.reversed());
+    auto reversed = std::make_unique<null_model>(*maps, thresholds);
+    // At the smallest residual the probability is the mean density times an area.
+    if (reversed->least_.poisson_inlier_probability <= much_more_densely * least_.poisson_inlier_probability)
+      return;
+    reversed_maps_ = std::move(maps);
+    reversed_ = std::move(reversed);
   }
 
   /// From now on chance is at least as good as it is along the lattice of these stems.
@@ -85,6 +87,7 @@ class null_model {
     std::vector<double> residuals;  ///< [m] from the nearest target stem, increasing, where one is near
     /// Sums of the probabilities of being as near under the null model, of the first residuals.
     std::vector<double> cumulative_probability;
+    std::vector<residual_set> reversed;  ///< of the target stems, or none
 
     double matched(double inlier_threshold) const {
       return double(std::lower_bound(residuals.begin(), residuals.end(), inlier_threshold) -
@@ -112,8 +115,8 @@ class null_model {
       });
       if (residual < search_radius) result.residuals.push_back(residual);
     };
-    if (context_.source.size() > smaller) {  // those that may be near
-      const disc around = disc_around_target();
+    if (context_.source.size() > smaller && context_.horizontal_distances()) {  // those that may be near
+      const disc around = disc_around_target(search_radius);
       context_.for_each_source_within(target_from_source.inverse() * around.center, around.radius, look);
     } else {
       for (stem_index s = 0; s < context_.source.size(); ++s) look(s);
@@ -121,6 +124,8 @@ class null_model {
     sort_numbers(result.residuals);
     result.cumulative_probability =
         cumulative_probabilities(result.residuals, &probabilities::inlier_probability);
+    if (reversed_)
+      result.reversed.push_back(reversed_->residuals_under(target_from_source.inverse(), search_radius));
     return result;
   }
 
@@ -153,17 +158,14 @@ class null_model {
   /// of stems fix (three in 6-DoF), at all thresholds; as many pairs are then no evidence. After Moisan and
   /// Stival 2004, A probabilistic criterion to detect rigid point matches, Int. J. Computer Vision 57(3).
   double log10_nfa(const residual_set& set, double inlier_threshold) const {
-    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
     return (log_number_of_tests(inlier_threshold, set.prior_sigmas) +
-            log_tail(set, set.cumulative_probability, inlier_threshold,
-                     at(inlier_threshold).inlier_probability, fixing)) /
+            log_tail(set, inlier_threshold, fixing_pairs(), &null_model::tail_as_known)) /
            std::numbers::ln10;
   }
 
   /// Scores a hypothesis, whose residuals are `set`, at its threshold.
   void score(local_hypothesis& h, const residual_set& set) const {
-    const double fixing = context_.dof == degrees_of_freedom::four ? 2 : 3;
-    score(h, set, log_number_of_tests(h.inlier_threshold, set.prior_sigmas), fixing);
+    score(h, set, log_number_of_tests(h.inlier_threshold, set.prior_sigmas), fixing_pairs());
   }
 
   /// The same for a transform that was not searched for: the tests are the thresholds, and no pairs fix it.
@@ -226,41 +228,48 @@ class null_model {
     return sums;
   }
 
-  /// A disc that holds the target stems, and what is around them.
+  /// A disc that holds the target stems, and what is near or around them.
   struct disc {
     vec3 center;
     double radius = 0;  // [m]
   };
-  disc disc_around_target() const {
+  disc disc_around_target(double search_radius) const {
     disc result;
     for (const vec3& p : context_.target.at) result.center += p / double(context_.target.size());
     for (const vec3& p : context_.target.at)
       result.radius = std::max(result.radius, (p - result.center).xy().norm());
-    result.radius += target_->surroundings();
+    result.radius += std::max(search_radius, target_->surroundings());
     return result;
   }
 
+  /// Pairs that fix a transform.
+  double fixing_pairs() const { return context_.dof == degrees_of_freedom::four ? 2 : 3; }
+
   void score(local_hypothesis& h, const residual_set& set, double log_tests, double fixing) const {
-    tails found = tails_of(set, h.inlier_threshold, fixing);
-    if (reversed_) {
-      const tails back =
-          reversed_->tails_of(reversed_->residuals_under(h.target_from_source.inverse(), h.inlier_threshold),
-                              h.inlier_threshold, fixing);
-      found = {std::max(found.as_known, back.as_known), std::max(found.at_random, back.at_random)};
-    }
-    h.log10_nfa = (log_tests + found.as_known) / std::numbers::ln10;
-    h.log10_nfa_poisson = (log_tests + found.at_random) / std::numbers::ln10;
+    const auto scored = [&](auto tail) {
+      return (log_tests + log_tail(set, h.inlier_threshold, fixing, tail)) / std::numbers::ln10;
+    };
+    h.log10_nfa = scored(&null_model::tail_as_known);
+    h.log10_nfa_poisson = scored(&null_model::tail_at_random);
   }
 
-  /// Logarithms of tail probabilities: with all that is known of the maps, and if stems stood at random.
-  struct tails {
-    double as_known, at_random;
-  };
-  tails tails_of(const residual_set& set, double inlier_threshold, double fixing) const {
-    const probabilities known = at(inlier_threshold);
-    return {log_tail(set, set.cumulative_probability, inlier_threshold, known.inlier_probability, fixing),
-            log_tail(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
-                     inlier_threshold, known.poisson_inlier_probability, fixing)};
+  /// The larger of the tails both ways, if there are two; `tail` is one of those below.
+  template <class Tail>
+  double log_tail(const residual_set& set, double inlier_threshold, double fixing, Tail tail) const {
+    const double found = (this->*tail)(set, inlier_threshold, fixing);
+    if (set.reversed.empty()) return found;
+    return std::max(found, (*reversed_.*tail)(set.reversed[0], inlier_threshold, fixing));
+  }
+
+  /// With all that is known of the maps.
+  double tail_as_known(const residual_set& set, double inlier_threshold, double fixing) const {
+    return log_tail(set, set.cumulative_probability, inlier_threshold,
+                    at(inlier_threshold).inlier_probability, fixing);
+  }
+  /// If stems stood at random.
+  double tail_at_random(const residual_set& set, double inlier_threshold, double fixing) const {
+    return log_tail(set, cumulative_probabilities(set.residuals, &probabilities::poisson_inlier_probability),
+                    inlier_threshold, at(inlier_threshold).poisson_inlier_probability, fixing);
   }
 
   /// Logarithm of the probability under the null model that as many stems are as near, but for the pairs that

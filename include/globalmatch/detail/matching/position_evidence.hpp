@@ -65,7 +65,9 @@ class position_evidence {
         proposing_(options.inlier_threshold ? thresholds(&*options.inlier_threshold, 1)
                                             : thresholds(proposal_thresholds)),
         pairing_(options.inlier_threshold ? proposing_ : thresholds(pairing_thresholds)),
-        null_model_(context, target.background, pairing_, proposing_) {}
+        null_model_(context, target.background, pairing_, proposing_) {
+    null_model_.include_reversed();
+  }
 
   /// [m] increasing, those that stems may be paired at
   thresholds pairing() const { return pairing_; }
@@ -82,7 +84,6 @@ class position_evidence {
   /// Of a transform, at the threshold of its hypothesis.
   evidence_score score(const local_hypothesis& h) const {
     local_hypothesis scored;
-    scored.target_from_source = h.target_from_source;
     scored.inlier_threshold = h.inlier_threshold;
     null_model_.score(scored, null_model_.residuals_under(h.target_from_source, h.inlier_threshold));
     return {scored.log10_nfa, evidence_source::positions, scored.log10_nfa_poisson};
@@ -90,9 +91,6 @@ class position_evidence {
 
   /// Scores a hypothesis, re-paired and refitted at the best of some thresholds.
   void refit(local_hypothesis& h, thresholds some) const { score_hypothesis(h, context_, null_model_, some); }
-
-  /// As `null_model::include_reversed`.
-  void include_reversed() { null_model_.include_reversed(); }
 
   /// As `null_model::leave_out_lattice`.
   void leave_out_lattice() { null_model_.leave_out_lattice(); }

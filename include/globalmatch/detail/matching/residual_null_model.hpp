@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
 
 namespace globalmatch::detail {
 
@@ -38,15 +39,18 @@ class residual_null_model {
   /// how much smaller it is than the median of all, evenly from 0 to 1 under the null model, and a larger one
   /// for nothing: a stem that the other map does not show may be paired with any. The sum over the pairs is
   /// wider by as much as the sums of known transforms of as many pairs are, where stems near each other fit
-  /// together or not. 0 for fewer pairs than `min_pairs`.
+  /// together or not. 0 for fewer pairs than `min_pairs`, and where too
+  /// few transforms are known.
   double log_probability(std::span<const float> residuals) const {
     const double pairs = double(residuals.size());
     if (!is_known() || residuals.size() < min_pairs) return 0;
-    const double wider = factors_[std::min(doublings(pairs), factors_.size() - 1)];
-    return log_uniform_sum_tail(nearness_of(residuals) / wider, pairs / wider, half);
+    const double factor = variance_factor(doublings(pairs));
+    return log_uniform_sum_tail(nearness_of(residuals) / factor, pairs / factor, half);
   }
 
   static constexpr std::size_t min_pairs = 6;
+  /// Of which the residuals are smaller than usual: as many again are larger.
+  static constexpr std::size_t min_transforms = 10;
 
  private:
   // A share that the right transform, one of all, does not change; of one degree of freedom.
@@ -57,28 +61,35 @@ class residual_null_model {
   static std::size_t doublings(double pairs) { return std::size_t(std::ilogb(pairs)); }
 
   /// Learns from transforms of 1, 2, 4, ... pairs and more by what factor the variance of their sums is
-  /// larger than that of independent pairs. Where few have so many the excess doubles, as if pairs went
-  /// together.
+  /// larger than that of independent pairs, as far as there are enough: not by less where there are more.
   void learn_variances(std::span<const std::vector<float>> of_transforms) {
-    constexpr std::size_t few = 10;
     std::vector<std::vector<double>> known;
     for (const auto& residuals : of_transforms) {
+      poll_cancelled();
       if (residuals.size() < min_pairs) continue;
-      const double pairs = double(residuals.size()), off = nearness_of(residuals) - mean_nearness * pairs;
+      const double pairs = double(residuals.size()), excess = nearness_of(residuals) - mean_nearness * pairs;
       known.resize(std::max(known.size(), doublings(pairs) + 1));
-      if (off <= 0) continue;  // how far sums are below the mean says nothing of how far they are above
+      if (excess < 0) continue;  // how far sums are below the mean says nothing of how far they are above
       for (std::size_t i = 0; i <= doublings(pairs); ++i)
-        known[i].push_back(off * off / (pairs * variance_of_nearness * chi_squared_of_most));
+        known[i].push_back(excess * excess / (pairs * variance_of_nearness * chi_squared_of_most));
     }
     for (std::vector<double>& factors : known) {
-      const double before = factors_.empty() ? 1 : factors_.back();
-      factors_.push_back(factors.size() < few ? 2 * before - 1 : std::max(before, quantile(factors, most)));
+      if (factors.size() < min_transforms) break;
+      factors_.push_back(std::max(factors_.empty() ? 1 : factors_.back(), quantile(factors, most)));
     }
+  }
+
+  /// Beyond what is known the excess doubles with the pairs, as if all went together.
+  double variance_factor(std::size_t doublings) const {
+    double factor = factors_[std::min(doublings, factors_.size() - 1)];
+    for (std::size_t i = factors_.size(); i <= doublings; ++i) factor = 2 * factor - 1;
+    return factor;
   }
 
   /// What a share of the numbers does not exceed. Reorders them.
   static double quantile(std::vector<double>& numbers, double share) {
-    const auto at = numbers.begin() + std::ptrdiff_t(share * double(numbers.size() - 1));
+    const auto rank = std::size_t(std::ceil(share * double(numbers.size() + 1)));
+    const auto at = numbers.begin() + std::ptrdiff_t(std::min(rank, numbers.size()) - 1);
     std::nth_element(numbers.begin(), at, numbers.end());
     return *at;
   }

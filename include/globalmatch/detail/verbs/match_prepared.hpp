@@ -55,7 +55,6 @@ inline void refine(std::vector<local_hypothesis>& hypotheses, position_evidence&
                    const matching_context& context) {
   local_hypothesis best = std::move(hypotheses.front());
   fit_robustly(best, context);
-  positions.include_reversed();
   positions.include_lattice_of(best);
   const evidence_score scored = positions.score(best);
   best.log10_nfa = scored.log10_nfa;
