@@ -34,6 +34,8 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
+    for (const auto& [file, table] : {std::pair(source_file, source), std::pair(target_file, target)})
+      support::print(support::warnings_of(table), file);
     matching_options matching_options = options.for_matching();
     if (options.dof == "6" && !(source.has_heights && target.has_heights))
       throw std::invalid_argument("--dof 6 needs a column z in both stem maps; use --dof auto");

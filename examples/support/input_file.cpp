@@ -24,6 +24,43 @@ input_file::input_file(std::filesystem::path path) : path_(std::move(path)) {
   unread_ = fs::file_size(path_);
   buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(block_size, unread_)));
   if (peek(3) == "\xEF\xBB\xBF") skip(3);
+  if (peek(2) == "\xFF\xFE" || peek(2) == "\xFE\xFF") decode_utf16(peek(1) == "\xFE");
+}
+
+// Puts all of the file into the buffer, as UTF-8.
+void input_file::decode_utf16(bool big_endian) {
+  skip(2);
+  const std::size_t units = remaining() / 2;
+  const std::string_view bytes = peek(2 * units);
+  const auto unit = [&](std::size_t i) {
+    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[k]); };
+    return static_cast<char32_t>(big_endian ? byte(2 * i) << 8 | byte(2 * i + 1)
+                                            : byte(2 * i + 1) << 8 | byte(2 * i));
+  };
+  std::vector<char> text;
+  text.reserve(units);
+  for (std::size_t i = 0; i < units; ++i) {
+    char32_t c = unit(i);
+    const bool is_pair =
+        c >= 0xD800 && c < 0xDC00 && i + 1 < units && unit(i + 1) >= 0xDC00 && unit(i + 1) < 0xE000;
+    if (is_pair) c = 0x10000 + ((c - 0xD800) << 10) + (unit(++i) - 0xDC00);
+    const int continued = c < 0x80 ? 0 : c < 0x800 ? 1 : c < 0x10000 ? 2 : 3;
+    constexpr unsigned char first[] = {0, 0xC0, 0xE0, 0xF0};
+    text.push_back(static_cast<char>(first[continued] | c >> (6 * continued)));
+    for (int k = continued - 1; k >= 0; --k)
+      text.push_back(static_cast<char>(0x80 | ((c >> (6 * k)) & 0x3F)));
+  }
+  buffer_ = std::move(text);
+  begin_ = unread_ = 0;
+  end_ = buffer_.size();
+}
+
+// A file of the old Macintosh ends its lines by CR alone.
+char input_file::line_end_of_first() {
+  const std::string_view start = peek(longest_line);
+  const std::size_t end = start.find_first_of("\r\n");
+  const bool is_cr = end != std::string_view::npos && start[end] == '\r';
+  return is_cr && end + 1 < start.size() && start[end + 1] != '\n' ? '\r' : '\n';
 }
 
 std::string_view input_file::peek(std::size_t count) {
@@ -42,10 +79,10 @@ void input_file::skip(std::uint64_t count) {
 
 std::optional<std::string_view> input_file::read_line() {
   if (remaining() == 0) return std::nullopt;
-  ++line_number_;
-  if (!std::memchr(buffer_.data() + begin_, '\n', buffered())) peek(longest_line);
+  if (line_number_++ == 0) line_end_ = line_end_of_first();
+  if (!std::memchr(buffer_.data() + begin_, line_end_, buffered())) peek(longest_line);
   const char* first = buffer_.data() + begin_;
-  const auto* end = static_cast<const char*>(std::memchr(first, '\n', buffered()));
+  const auto* end = static_cast<const char*>(std::memchr(first, line_end_, buffered()));
   if (!end && unread_ > 0)
     fail_at_line("is longer than any line of text should be",
                  "This is probably no text file, or one in an unknown format");

@@ -17,7 +17,7 @@ namespace globalmatch::support {
 class input_file {
  public:
   /// Throws `file_error` when there is no regular file at `path` or it cannot be opened. A UTF-8 byte order
-  /// mark is passed over.
+  /// mark is passed over; text in UTF-16, which starts with one, is made UTF-8.
   explicit input_file(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return path_; }
@@ -40,8 +40,8 @@ class input_file {
   /// Moves the cursor. Throws `file_error` when the file ends before.
   void skip(std::uint64_t count);
 
-  /// The next line without its line end (LF or CRLF); empty at the end of the file. Throws `file_error` when
-  /// a line is too long for any text file.
+  /// The next line without its line end (LF or CRLF, or CR if the first line ends so); empty at the end of
+  /// the file. Throws `file_error` when a line is too long for any text file.
   std::optional<std::string_view> read_line();
 
   /// Throws `file_error` for the file as a whole.
@@ -54,6 +54,8 @@ class input_file {
  private:
   std::size_t buffered() const { return end_ - begin_; }
   void fetch(std::size_t count);
+  void decode_utf16(bool big_endian);
+  char line_end_of_first();
 
   std::filesystem::path path_;
   std::ifstream stream_;
@@ -62,6 +64,7 @@ class input_file {
   std::size_t begin_ = 0;  ///< the cursor in the buffer
   std::size_t end_ = 0;
   std::size_t line_number_ = 0;
+  char line_end_ = '\n';
 };
 
 }  // namespace globalmatch::support

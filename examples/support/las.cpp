@@ -18,6 +18,7 @@ struct las_header {
   std::uint64_t points_at;         ///< [bytes] from the start of the file
   std::uint64_t record_size;
   std::uint64_t count;
+  std::uint64_t extended_at = 0;  ///< [bytes] records after the points; 0: there are none
   Eigen::Vector3d scale, offset;
 };
 
@@ -46,23 +47,36 @@ las_header parse_header(input_file& file) {
   header.scale = vector_at(bytes, 131);
   header.offset = vector_at(bytes, 155);
   // Version 1.4 counts in 64 bits; files of 1.0 to 1.3 have points or other records there.
-  if (header.size >= header_size_1_4 && bytes.size() >= header_size_1_4)
+  if (header.size >= header_size_1_4 && bytes.size() >= header_size_1_4) {
     header.count = std::max(header.count, at<std::uint64_t>(bytes, 247));
+    if (at<std::uint32_t>(bytes, 243) > 0) header.extended_at = at<std::uint64_t>(bytes, 235);
+  }
   return header;
 }
 
-// Compressors set the upper bits of the point format, and leave a record of their own.
-bool is_compressed(input_file& file, const las_header& header) {
+// Compressors set the upper bits of the point format, and leave a record of their own between the header and
+// the points, whatever number of records the header announces.
+bool is_compressed(std::string_view records, const las_header& header) {
   if (header.format & 0xC0) return true;
   constexpr std::size_t record_header = 54;
-  for (std::uint32_t i = 0; i < header.variable_records && file.remaining() >= record_header; ++i) {
-    const std::string_view record(file.read(record_header), record_header);
-    if (record.substr(2).starts_with("laszip encoded")) return true;
-    const auto length = at<std::uint16_t>(record, 20);
-    if (length > file.remaining()) break;
-    file.skip(length);
+  for (std::uint32_t i = 0; i < header.variable_records && records.size() >= record_header; ++i) {
+    if (records.substr(2).starts_with("laszip encoded")) return true;
+    const std::size_t length = record_header + at<std::uint16_t>(records, 20);
+    if (length > records.size()) break;
+    records.remove_prefix(length);
   }
   return false;
+}
+
+// The number of points: that of the header, or where it announces none, as writers that were interrupted
+// leave it, as many as there is room for, if that is a whole number of them.
+std::uint64_t count_points(const input_file& file, const las_header& header) {
+  const std::uint64_t end = header.points_at + file.remaining();
+  const bool more_follows = header.extended_at > header.points_at && header.extended_at <= end;
+  const std::uint64_t bytes = more_follows ? header.extended_at - header.points_at : file.remaining();
+  if (header.count > bytes / header.record_size) file.fail_truncated();
+  if (header.count > 0) return header.count;
+  return bytes % header.record_size == 0 ? bytes / header.record_size : 0;
 }
 
 [[noreturn]] void refuse_laz(const input_file& file) {
@@ -102,19 +116,16 @@ point_marks marks_of(const char* record, unsigned format) {
 }  // namespace
 
 std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked) {
-  const std::uint64_t file_size = file.remaining();
   const las_header header = parse_header(file);
   require_sane(file, header);
   file.skip(header.size);
-  if (is_compressed(file, header)) refuse_laz(file);
-
-  const std::uint64_t position = file_size - file.remaining();
-  if (header.points_at < position) file.fail("has a damaged LAS header", "Copy or export the scan again");
-  file.skip(header.points_at - position);
-  if (header.count > file.remaining() / header.record_size) file.fail_truncated();
+  if (header.points_at - header.size > file.remaining()) file.fail_truncated();
+  const std::size_t between = header.points_at - header.size;
+  if (is_compressed({file.read(between), between}, header)) refuse_laz(file);
+  const std::uint64_t count = count_points(file, header);
   std::vector<Eigen::Vector3d> points;
-  points.reserve(header.count);
-  for (std::uint64_t i = 0; i < header.count; ++i) {
+  points.reserve(count);
+  for (std::uint64_t i = 0; i < count; ++i) {
     const char* record = file.read(header.record_size);
     const point_marks marks = marks_of(record, header.format);
     marked.noise += marks.noise;

@@ -35,7 +35,9 @@ struct pcd_layout {
 };
 
 std::vector<std::string> values_of(const std::vector<std::string_view>& words) {
-  return {words.begin() + 1, words.end()};
+  std::vector<std::string> values;
+  for (std::size_t i = 1; i < words.size(); ++i) values.push_back(lower_case(words[i]));
+  return values;
 }
 
 std::uint64_t require_count(const input_file& file, std::string_view word) {
@@ -49,15 +51,16 @@ pcd_header parse_header(input_file& file) {
   while (const auto line = file.read_line()) {
     const std::vector<std::string_view> words = split(*line, ' ');
     if (words.size() < 2) continue;
-    if (words[0] == "FIELDS") header.fields = values_of(words);
-    if (words[0] == "SIZE") header.sizes = values_of(words);
-    if (words[0] == "TYPE") header.types = values_of(words);
-    if (words[0] == "COUNT") header.counts = values_of(words);
-    if (words[0] == "WIDTH") header.width = require_count(file, words[1]);
-    if (words[0] == "HEIGHT") header.height = require_count(file, words[1]);
-    if (words[0] == "POINTS") header.points = require_count(file, words[1]);
-    if (words[0] == "DATA") {
-      header.data = words[1];
+    const std::string keyword = lower_case(words[0]);
+    if (keyword == "fields" || keyword == "columns") header.fields = values_of(words);  // the latter in 0.5
+    if (keyword == "size") header.sizes = values_of(words);
+    if (keyword == "type") header.types = values_of(words);
+    if (keyword == "count") header.counts = values_of(words);
+    if (keyword == "width") header.width = require_count(file, words[1]);
+    if (keyword == "height") header.height = require_count(file, words[1]);
+    if (keyword == "points") header.points = require_count(file, words[1]);
+    if (keyword == "data") {
+      header.data = lower_case(words[1]);
       return header;
     }
   }
@@ -68,17 +71,22 @@ std::optional<scalar> scalar_of(std::string_view type, std::string_view size) {
   constexpr struct {
     std::string_view type, size;
     scalar value;
-  } known[] = {{"I", "1", scalar::int8},   {"U", "1", scalar::uint8},  {"I", "2", scalar::int16},
-               {"U", "2", scalar::uint16}, {"I", "4", scalar::int32},  {"U", "4", scalar::uint32},
-               {"I", "8", scalar::int64},  {"U", "8", scalar::uint64}, {"F", "4", scalar::float32},
-               {"F", "8", scalar::float64}};
+  } known[] = {{"i", "1", scalar::int8},   {"u", "1", scalar::uint8},  {"i", "2", scalar::int16},
+               {"u", "2", scalar::uint16}, {"i", "4", scalar::int32},  {"u", "4", scalar::uint32},
+               {"i", "8", scalar::int64},  {"u", "8", scalar::uint64}, {"f", "4", scalar::float32},
+               {"f", "8", scalar::float64}};
   for (const auto& k : known)
     if (k.type == type && k.size == size) return k.value;
   return std::nullopt;
 }
 
-pcd_layout layout_of(const input_file& file, const pcd_header& header) {
+pcd_layout layout_of(const input_file& file, pcd_header header) {
   const std::size_t fields = header.fields.size();
+  // Text is read without the sizes and types that early writers leave out.
+  if (header.data == "ascii" && header.sizes.empty() && header.types.empty()) {
+    header.sizes.assign(fields, "4");
+    header.types.assign(fields, "f");
+  }
   if (header.sizes.size() != fields || header.types.size() != fields ||
       (!header.counts.empty() && header.counts.size() != fields))
     file.fail("has a PCD header whose FIELDS, SIZE, TYPE and COUNT differ in length", export_again);
@@ -120,10 +128,13 @@ std::size_t point_count(const input_file& file, const pcd_header& header, std::u
 std::vector<Eigen::Vector3d> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(count);
+  char separator = ' ';
   while (points.size() < count) {
     const auto line = file.read_line();
     if (!line) file.fail_truncated();
-    if (!trim(*line).empty()) points.push_back(read_columns(file, *line, ' ', layout.columns));
+    if (trim(*line).empty()) continue;
+    if (points.empty()) separator = separator_of(*line);
+    points.push_back(read_columns(file, *line, separator, layout.columns));
   }
   return points;
 }

@@ -36,14 +36,15 @@ constexpr std::string_view export_again = "Export the scan again as PLY with x, 
 
 std::optional<scalar> scalar_named(std::string_view name) {
   constexpr std::pair<std::string_view, scalar> names[] = {
-      {"char", scalar::int8},      {"int8", scalar::int8},       {"uchar", scalar::uint8},
-      {"uint8", scalar::uint8},    {"short", scalar::int16},     {"int16", scalar::int16},
-      {"ushort", scalar::uint16},  {"uint16", scalar::uint16},   {"int", scalar::int32},
-      {"int32", scalar::int32},    {"uint", scalar::uint32},     {"uint32", scalar::uint32},
-      {"float", scalar::float32},  {"float32", scalar::float32}, {"double", scalar::float64},
-      {"float64", scalar::float64}};
+      {"char", scalar::int8},       {"int8", scalar::int8},       {"uchar", scalar::uint8},
+      {"uint8", scalar::uint8},     {"short", scalar::int16},     {"int16", scalar::int16},
+      {"ushort", scalar::uint16},   {"uint16", scalar::uint16},   {"int", scalar::int32},
+      {"int32", scalar::int32},     {"uint", scalar::uint32},     {"uint32", scalar::uint32},
+      {"float", scalar::float32},   {"float32", scalar::float32}, {"double", scalar::float64},
+      {"float64", scalar::float64}, {"int64", scalar::int64},     {"uint64", scalar::uint64},
+      {"long", scalar::int64},      {"ulong", scalar::uint64}};
   for (const auto& [known, type] : names)
-    if (name == known) return type;
+    if (lower_case(name) == known) return type;
   return std::nullopt;
 }
 
@@ -70,10 +71,10 @@ ply_header parse_header(input_file& file) {
   ply_header header;
   while (const auto line = file.read_line()) {
     const std::vector<std::string_view> words = split(*line, ' ');
-    const std::string_view keyword = words.empty() ? "comment" : words[0];
+    const std::string keyword = words.empty() ? "comment" : lower_case(words[0]);
     if (keyword == "end_header") return header;
     if (keyword == "format" && words.size() > 1) {
-      header.format = words[1];
+      header.format = lower_case(words[1]);
     } else if (keyword == "element") {
       header.elements.push_back(parse_element(file, words));
     } else if (keyword == "property") {
@@ -93,12 +94,16 @@ class ascii_values {
   explicit ascii_values(input_file& file) : file_(file) {}
 
   void begin_record() {
+    if (is_one_line_ && field_) return;
     do {
       const auto line = file_.read_line();
       if (!line) file_.fail_truncated();
       fields_ = field_reader(*line, ' ');
       field_ = fields_.next();
     } while (!field_);
+    // What follows the numbers of a record is ignored, unless nothing follows the line: it holds all records.
+    is_one_line_ = !is_first_read_ && file_.remaining() == 0;
+    is_first_read_ = true;
   }
 
   double next(scalar) {
@@ -118,6 +123,7 @@ class ascii_values {
   input_file& file_;
   field_reader fields_{"", ' '};
   std::optional<std::string_view> field_;
+  bool is_first_read_ = false, is_one_line_ = false;
 };
 
 class binary_values {
@@ -151,7 +157,14 @@ void skip_list(const input_file& file, Values& values, const ply_property& prope
 // Axis that a property holds, or -1.
 int axis_of(const ply_property& property) {
   if (property.count_type) return -1;
-  return property.name == "x" ? 0 : property.name == "y" ? 1 : property.name == "z" ? 2 : -1;
+  const std::string name = lower_case(property.name);
+  if (name.empty() || name.size() > 2 || (name.size() == 2 && name[0] != 'p')) return -1;
+  return name.back() >= 'x' && name.back() <= 'z' ? name.back() - 'x' : -1;
+}
+
+bool holds_points(const ply_element& element) {
+  const std::string name = lower_case(element.name);
+  return name == "vertex" || name == "vertices" || name == "point" || name == "points";
 }
 
 // Calls `use(point)` for each record of an element; the point is zero in elements without x, y and z.
@@ -189,7 +202,7 @@ std::vector<Eigen::Vector3d> read_elements(const input_file& file, Values values
   for (const ply_element& element : header.elements) {
     if (element.properties.empty()) continue;
     require_room<Values>(file, element);
-    if (element.name == "vertex") {
+    if (holds_points(element)) {
       points.reserve(element.count);
       read_records(file, values, element, [&](const Eigen::Vector3d& p) { points.push_back(p); });
       break;
@@ -200,8 +213,7 @@ std::vector<Eigen::Vector3d> read_elements(const input_file& file, Values values
 }
 
 void require_positions(const input_file& file, const ply_header& header) {
-  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(),
-                                   [](const ply_element& e) { return e.name == "vertex"; });
+  const auto vertex = std::find_if(header.elements.begin(), header.elements.end(), holds_points);
   if (vertex == header.elements.end()) file.fail("has no element 'vertex'", export_again);
   std::array<int, 3> found = {};
   for (const ply_property& property : vertex->properties)

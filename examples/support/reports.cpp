@@ -277,6 +277,12 @@ void warn_of_scale(const scale_estimate& scale, std::vector<warning>& warnings) 
 
 }  // namespace
 
+std::vector<warning> warnings_of(const stem_table& table) {
+  std::vector<warning> warnings;
+  for (const std::string& note : table.notes) warnings.push_back({"stem_file", note});
+  return warnings;
+}
+
 std::vector<warning> warnings_of(const matching& result) {
   std::vector<warning> warnings;
   const matching_funnel& f = result.funnel;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "support/progress_bar.hpp"
+#include "support/stem_files.hpp"
 
 namespace globalmatch {
 struct stem_map;
@@ -59,6 +60,9 @@ struct warning {
 
 /// Of points left out, ground that was not seen, noise, heights above the ground, and no stems.
 std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked);
+
+/// Of what was understood of the file of a stem map.
+std::vector<warning> warnings_of(const stem_table& table);
 
 /// Of a height that is not known, and of heights that slope.
 std::vector<warning> warnings_of(const globalmatch::matching& result);

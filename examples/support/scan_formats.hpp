@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <string_view>
 #include <vector>
 
 #include "support/input_file.hpp"
@@ -20,6 +21,13 @@ std::vector<Eigen::Vector3d> read_pcd(input_file& file);
 /// LAS 1.0 to 1.4. Points marked as noise or withheld are left out unless they are to be kept, and counted.
 /// Compressed files (LAZ) are refused with the command that converts them.
 std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked);
+
+/// Whether the first lines of a file are those of a PTX file: columns and rows of a scan, and its pose.
+bool looks_like_ptx(std::string_view start);
+
+/// PTX of one scan, in the scanner's own frame. Empty returns, which are at the origin, are left out. Files
+/// of several scans are refused.
+std::vector<Eigen::Vector3d> read_ptx(input_file& file);
 
 /// Lines of x, y, z and what else there may be: XYZ, CSV, TXT, PTS.
 std::vector<Eigen::Vector3d> read_text(input_file& file);

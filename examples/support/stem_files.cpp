@@ -9,81 +9,87 @@
 
 #include "support/atomic_file.hpp"
 #include "support/input_file.hpp"
+#include "support/table.hpp"
 #include "support/text_fields.hpp"
 
 namespace globalmatch::support {
 
 namespace {
 
-// Where the columns are that matter.
-struct stem_columns {
-  char separator;
-  std::size_t count;
-  std::size_t x, y;
-  std::optional<std::size_t> z, radius, dbh;
-};
-
-std::optional<std::size_t> find_column(const std::vector<std::string_view>& names, std::string_view name) {
-  const auto found = std::find_if(names.begin(), names.end(),
-                                  [name](std::string_view other) { return lower_case(other) == name; });
-  if (found == names.end()) return std::nullopt;
-  return static_cast<std::size_t>(found - names.begin());
-}
-
-stem_columns read_header(input_file& file) {
-  constexpr std::string_view remedy = "The first line names the columns, e.g.: x,y,z,radius";
-  const auto line = file.read_line();
-  if (!line) file.fail("is empty", remedy);
-  const char separator = separator_of(*line);
-  const std::vector<std::string_view> names = split(*line, separator);
-  const auto x = find_column(names, "x");
-  const auto y = find_column(names, "y");
-  if (!x || !y) file.fail_at_line(std::string("names no column ") + (x ? "y" : "x"), remedy);
-  return {separator,
-          names.size(),
-          *x,
-          *y,
-          find_column(names, "z"),
-          find_column(names, "radius"),
-          find_column(names, "dbh")};
-}
-
 std::string quoted(std::string_view field) {
   return "'" + std::string(field.substr(0, 40)) + "'";
 }
 
-double coordinate(const input_file& file, std::string_view field, std::string_view column) {
-  const auto value = to_number(field);
+// What is written where a value is not known.
+bool says_unknown(std::string_view cell) {
+  constexpr std::string_view words[] = {"",   "na", "n/a",   "nan",  "null",    "none", "-",
+                                        "--", ".",  "-9999", "-999", "-9999.0", "-99"};
+  return std::find(std::begin(words), std::end(words), lower_case(cell)) != std::end(words);
+}
+
+// The coordinate in a cell; nothing where it is not known.
+std::optional<double> coordinate(const table_reader& table, std::size_t column, std::string_view name) {
+  const std::string_view cell = table.cells()[column];
+  if (says_unknown(cell)) return std::nullopt;
+  const auto value = table.number(column);
   if (!value || !std::isfinite(*value))
-    file.fail_at_line("has " + quoted(field) + " in column " + std::string(column),
+    table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),
                       "Write a number there, like 12.5, or remove the line");
   return *value;
 }
 
-double length_if_known(const input_file& file, std::string_view field, std::string_view column) {
-  if (field.empty() || field == "NA") return std::numeric_limits<double>::quiet_NaN();
-  const auto value = to_number(field);
+double length_if_known(const table_reader& table, std::size_t column, std::string_view name) {
+  const std::string_view cell = table.cells()[column];
+  if (says_unknown(cell)) return std::numeric_limits<double>::quiet_NaN();
+  const auto value = table.number(column);
   if (!value || std::isinf(*value) || *value < 0)
-    file.fail_at_line("has " + quoted(field) + " in column " + std::string(column),
+    table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),
                       "Write a length in metres there, or leave the field empty");
   return *value;
 }
 
-stem_record parse_stem(const input_file& file, std::string_view line, const stem_columns& columns) {
-  const std::vector<std::string_view> fields = split(line, columns.separator);
-  if (fields.size() != columns.count)
-    file.fail_at_line("has " + std::to_string(fields.size()) + " fields, but the header names " +
-                          std::to_string(columns.count),
-                      "Mend the line; numbers have decimal points, and text with separators is quoted");
-  stem_record stem;
-  stem.x = coordinate(file, fields[columns.x], "x");
-  stem.y = coordinate(file, fields[columns.y], "y");
-  if (columns.z) stem.z = coordinate(file, fields[*columns.z], "z");
-  if (columns.radius)
-    stem.radius = length_if_known(file, fields[*columns.radius], "radius");
-  else if (columns.dbh)
-    stem.radius = length_if_known(file, fields[*columns.dbh], "dbh") / 2;
-  return stem;
+// Whether the current row is a note, as of means below a table: it has no numbers where x and y are.
+bool is_note(const table_reader& table, const known_columns& columns) {
+  const bool x = table.number(*columns.x).has_value(), y = table.number(*columns.y).has_value();
+  return !x && !y && (says_unknown(table.cells()[*columns.x]) || says_unknown(table.cells()[*columns.y]));
+}
+
+// Radii or diameters that no tree has in metres are in centimetres, or in millimetres if no tree has them so.
+double unit_of_size(std::vector<double> lengths, double max_usual, double max_tree) {
+  std::erase_if(lengths, [](double length) { return std::isnan(length); });
+  if (lengths.empty()) return 1;
+  const auto middle = lengths.begin() + std::ptrdiff_t(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  if (*middle <= max_usual) return 1;
+  return *std::max_element(lengths.begin(), lengths.end()) <= 100 * max_tree ? 0.01 : 0.001;
+}
+
+void note_unit(stem_table& table, std::string_view column, double unit) {
+  if (unit != 1)
+    table.notes.push_back("column " + std::string(column) + " is taken for " +
+                          (unit == 0.01 ? "centimetres" : "millimetres") +
+                          ": its values are larger than trees are in metres");
+}
+
+// Heights count if all stems have them.
+void use_heights_if_complete(stem_table& table, std::size_t with_height, bool has_column) {
+  const std::size_t stems = table.stems.size();
+  table.has_heights = has_column && with_height == stems;
+  if (!has_column || table.has_heights) return;
+  for (stem_record& stem : table.stems) stem.z = 0;
+  table.notes.push_back("z is missing in " + std::to_string(stems - with_height) + " of " +
+                        std::to_string(stems) + " rows: heights are not used");
+}
+
+// From what the column holds, radii or diameters in any unit.
+void make_radii(stem_table& table, bool are_radii) {
+  constexpr double max_usual_radius = 1, max_radius = 1.5;  // [m] the median of a stand, and of any tree
+  const double to_radius = are_radii ? 1 : 0.5;
+  std::vector<double> radii;
+  for (const stem_record& stem : table.stems) radii.push_back(to_radius * stem.radius);
+  const double unit = unit_of_size(radii, max_usual_radius, max_radius);
+  note_unit(table, are_radii ? "radius" : "dbh", unit);
+  for (stem_record& stem : table.stems) stem.radius *= to_radius * unit;
 }
 
 void write_field(std::ostream& out, double value) {
@@ -95,12 +101,36 @@ void write_field(std::ostream& out, double value) {
 
 stem_table read_stems(const std::filesystem::path& path) {
   input_file file(path);
-  const stem_columns columns = read_header(file);
+  table_reader rows(file, table_of::stems);
+  const known_columns& columns = rows.columns();
   stem_table table;
-  table.has_heights = columns.z.has_value();
-  table.has_radii = columns.radius || columns.dbh;
-  while (const auto line = file.read_line())
-    if (!trim(*line).empty()) table.stems.push_back(parse_stem(file, *line, columns));
+  table.has_radii = columns.radius || columns.diameter;
+  std::size_t without_place = 0, with_height = 0;
+  while (rows.next()) {
+    if (is_note(rows, columns)) {
+      ++without_place;
+      continue;
+    }
+    const auto x = coordinate(rows, *columns.x, "x"), y = coordinate(rows, *columns.y, "y"),
+               z = columns.z ? coordinate(rows, *columns.z, "z") : std::nullopt;
+    if (!x || !y) {
+      ++without_place;
+      continue;
+    }
+    with_height += z.has_value();
+    stem_record stem{*x, *y, z.value_or(0)};
+    if (columns.radius)
+      stem.radius = length_if_known(rows, *columns.radius, "radius");
+    else if (columns.diameter)
+      stem.radius = length_if_known(rows, *columns.diameter, "dbh");
+    table.stems.push_back(stem);
+  }
+  if (table.stems.empty() && without_place > 0)
+    file.fail("has no row with x and y", "Write their coordinates in metres there");
+  use_heights_if_complete(table, with_height, columns.z.has_value());
+  if (table.has_radii) make_radii(table, columns.radius.has_value());
+  if (without_place > 0)
+    table.notes.push_back(std::to_string(without_place) + " rows without x and y are left out");
   return table;
 }
 

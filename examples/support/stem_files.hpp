@@ -16,8 +16,9 @@ struct stem_record {
 
 struct stem_table {
   std::vector<stem_record> stems;  ///< in the order of the file
-  bool has_heights = false;        ///< there is a column z; without it all z are 0
+  bool has_heights = false;        ///< all stems have a z; else all z are 0
   bool has_radii = false;          ///< there is a column radius or dbh; without it all radii are NaN
+  std::vector<std::string> notes;  ///< what was understood that the user should know of
 };
 
 /// A further column to write; its name holds no comma, quote or line end.
@@ -26,10 +27,13 @@ struct stem_column {
   std::vector<double> values;  ///< one for each stem; NaN leaves the field empty
 };
 
-/// Reads a table separated by commas, semicolons or blanks. Its first line names the columns, in any order
-/// and case: x and y, optionally z and radius, or dbh (diameter in metres, halved). Others are ignored, as
-/// text too; fields may be quoted. A radius may be missing (empty, NA or nan). A header without rows is an
-/// empty map. Throws `file_error`, naming line and column, when x, y or z is missing or not finite.
+/// Reads a table, separated by commas, semicolons, tabs or blanks. A line above the rows names the columns,
+/// in any order and case and with units: x and y (or easting and northing, gx and gy, ...), optionally z and
+/// radius, or dbh (diameter, halved). Others are ignored, as text too; fields may be quoted. A radius may be
+/// missing (empty, NA, -9999, ...); lengths that no tree has in metres are taken for centimetres or
+/// millimetres. Where some stems have no z heights are not used; rows without x and y are left out. `notes`
+/// says so. A header without rows is an empty map. Throws `file_error`, naming line and column, for what is
+/// none of these.
 stem_table read_stems(const std::filesystem::path& path);
 
 /// Writes x, y, z, radius and further columns; reading yields the same values again. Throws `file_error` when

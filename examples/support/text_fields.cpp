@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdlib>
+#include <limits>
 #include <system_error>
 
 namespace globalmatch::support {
@@ -30,6 +31,28 @@ std::optional<double> parsed(const std::string& text) {
   return value;
 }
 
+// Removes what separates groups of three digits; false where they are none, or where one group alone might be
+// the decimals.
+bool remove_groups(std::string& digits, char group, char point) {
+  const std::size_t first = digits.find_first_of("0123456789"),
+                    end = std::min(digits.find(point), digits.size());
+  if (first == std::string::npos || digits[first] == '0') return false;
+  std::size_t groups = 0, length = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    const bool is_digit = digits[i] >= '0' && digits[i] <= '9';
+    if (!is_digit && digits[i] != group) return false;
+    if (is_digit && ++length > 3) return false;
+    if (is_digit) continue;
+    if (groups == 0 ? length == 0 : length != 3) return false;
+    ++groups;
+    length = 0;
+  }
+  if (groups == 0 || length != 3 || (groups == 1 && end == digits.size())) return false;
+  if (digits.find(group, end) != std::string::npos) return false;
+  std::erase(digits, group);
+  return true;
+}
+
 }  // namespace
 
 std::string_view trim(std::string_view text) {
@@ -50,6 +73,17 @@ std::optional<double> to_number(std::string_view field) {
   return parsed(std::string(field));
 }
 
+std::optional<double> to_number(std::string_view field, bool decimal_comma) {
+  if (field.find(".#") != std::string_view::npos) return std::numeric_limits<double>::quiet_NaN();
+  const char point = decimal_comma ? ',' : '.', group = decimal_comma ? '.' : ',';
+  const bool has_groups = field.find(group) != std::string_view::npos;
+  if (!has_groups && !decimal_comma) return to_number(field);
+  std::string digits(field);
+  if (has_groups && !remove_groups(digits, group, point)) return std::nullopt;
+  std::replace(digits.begin(), digits.end(), point, '.');
+  return to_number(digits);
+}
+
 std::optional<std::uint64_t> to_count(std::string_view field) {
   std::uint64_t count = 0;
   const char* end = field.data() + field.size();
@@ -65,7 +99,13 @@ char separator_of(std::string_view line) {
 }
 
 field_reader::field_reader(std::string_view line, char separator)
-    : rest_(trim(line)), separator_(separator), at_end_(rest_.empty()) {}
+    : rest_(line), separator_(separator), at_end_(trim(line).empty()) {
+  // Tabs at the ends of a line are empty fields where they separate.
+  if (separator == '\t')
+    while (rest_.ends_with('\r') || rest_.ends_with('\n')) rest_.remove_suffix(1);
+  else
+    rest_ = trim(rest_);
+}
 
 std::optional<std::string_view> field_reader::next() {
   if (at_end_) return std::nullopt;
@@ -79,8 +119,11 @@ std::optional<std::string_view> field_reader::next() {
   const std::size_t end =
       separator_ == ' ' ? rest_.find_first_of(" \t", search_from) : rest_.find(separator_, search_from);
   std::string_view field = trim(rest_.substr(0, end));
-  if (field.size() >= 2 && field.starts_with('"') && field.ends_with('"'))
-    field = trim(field.substr(1, field.size() - 2));
+  for (const char quote : {'"', '\''})
+    if (field.size() >= 2 && field.starts_with(quote) && field.ends_with(quote)) {
+      field = trim(field.substr(1, field.size() - 2));
+      break;
+    }
   at_end_ = end == std::string_view::npos;
   rest_ = at_end_ ? std::string_view{} : rest_.substr(end + 1);
   if (separator_ == ' ') rest_ = trim(rest_);

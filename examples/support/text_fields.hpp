@@ -24,6 +24,10 @@ std::string lower_case(std::string_view text);
 /// The number that makes up the whole field ("nan" and "inf" are numbers too); empty when it is none.
 std::optional<double> to_number(std::string_view field);
 
+/// The same with decimal commas; or with points, and commas between groups of three digits (1,234.5). What
+/// some programs write for no number (-1.#IND) is none.
+std::optional<double> to_number(std::string_view field, bool decimal_comma);
+
 /// The count that makes up the whole field; empty when it is none or beyond 64 bits.
 std::optional<std::uint64_t> to_count(std::string_view field);
 
@@ -31,7 +35,8 @@ std::optional<std::uint64_t> to_count(std::string_view field);
 /// tabs. A semicolon wins, so that decimal commas are not taken for separators.
 char separator_of(std::string_view line);
 
-/// Hands out the fields of a line one by one, without the blanks and the quotes around them.
+/// Hands out the fields of a line one by one, without the blanks and the quotes around them. Fields between
+/// tabs may be empty, and hold blanks.
 class field_reader {
  public:
   field_reader(std::string_view line, char separator);

@@ -100,10 +100,20 @@ TEST_CASE("LAS points of the noise classes or withheld are left out and counted,
   }
 }
 
-TEST_CASE("a LAS file without points is an empty scan") {
+TEST_CASE("a LAS file without points is an empty scan, and one that does not count them has all there are") {
   const temporary_directory directory;
-  CHECK(read_scan(directory.file("a.las", las(header_size_1_2, 0, 0))).empty());
+  CHECK(read_scan(directory.file("a.las", las(header_size_1_2, 0, 0))).size() == 2);
+  std::string odd = las(header_size_1_2, 0, 0);
+  odd.pop_back();
+  CHECK(read_scan(directory.file("odd.las", odd)).empty());
   CHECK(read_scan(directory.file("b.las", las(header_size_1_2, 0, 0).substr(0, header_size_1_2))).empty());
+}
+
+TEST_CASE("a LAS file that announces more variable records than it has is read") {
+  const temporary_directory directory;
+  std::string bytes = las(header_size_1_2, 0, 2, variable_record("other"));
+  put_at(bytes, at_variable_records, std::uint32_t(40));
+  CHECK(read_scan(directory.file("a.las", bytes)).size() == 2);
 }
 
 TEST_CASE("a compressed LAS file is refused with the commands that convert it") {

@@ -16,8 +16,8 @@ TEST_CASE("what is no scan is refused with the formats that are") {
   std::string zeros(5000, '\0');
   require_error(directory.file("zeros.ply", zeros), read_scan, "in no format", "PLY, PCD, LAS or text");
   require_error(directory.file("prose.xyz", "Dear reader,\nthis is no scan.\n"), read_scan,
-                "line 2 holds no numbers", "PLY, PCD and LAS");
-  require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "no line of numbers",
+                "line 2 names no columns", "PLY, PCD and LAS");
+  require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "line 1 names no columns",
                 "PLY, PCD and LAS");
   require_error(directory.file("no_line_end.txt", std::string(3'000'000, 'x')), read_scan, "line 1 is longer",
                 "unknown format");

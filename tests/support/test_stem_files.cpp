@@ -32,7 +32,7 @@ TEST_CASE("written stems are read as the same bits") {
   std::uniform_real_distribution<double> anywhere(-1e6, 1e6);
   std::vector<stem_record> written(100);
   for (stem_record& s : written)
-    s = {anywhere(random), anywhere(random), anywhere(random), anywhere(random) / 1e6 + 1};
+    s = {anywhere(random), anywhere(random), anywhere(random), anywhere(random) / 1e7 + 0.2};
   written[5].radius = unknown;
   write_stems(directory / "a.csv", written);
 
@@ -104,17 +104,48 @@ TEST_CASE("stem files may have CRLF, a byte order mark, blank lines, and other s
   }
 }
 
-TEST_CASE("a stem without a position is refused with line and column") {
+TEST_CASE("a stem whose position is no number is refused with line and column") {
   const temporary_directory directory;
   const auto require = [&](const std::string& rows, const std::string& problem) {
     require_error(directory.file("stems.csv", "x,y,z,radius\n0,0,0,0\n" + rows), read_stems, problem,
                   "Write a number");
   };
-  require(",2,3,0.1\n", "line 3 has '' in column x");
-  require("1,NA,3,0.1\n", "line 3 has 'NA' in column y");
-  require("\n1,2,nan,0.1\n", "line 4 has 'nan' in column z");
   require("1,inf,3,0.1\n", "line 3 has 'inf' in column y");
   require("1m,2,3,0.1\n", "line 3 has '1m' in column x");
+  require("\n1,2,high,0.1\n", "line 4 has 'high' in column z");
+}
+
+TEST_CASE("rows without a position are left out, and said to be") {
+  const stem_table table =
+      read_text("x,y,z,dbh\n1,2,3,0.3\n,5,6,0.3\nNA,NA,1,0.2\nmean,,,0.25\n4,-9999,1,0.2\n");
+  REQUIRE(table.stems.size() == 1);
+  CHECK(table.has_heights);
+  REQUIRE(table.notes.size() == 1);
+  CHECK(table.notes[0] == "4 rows without x and y are left out");
+  const temporary_directory directory;
+  require_error(directory.file("none.csv", "x,y\nNA,NA\n"), read_stems, "no row with x and y", "coordinates");
+}
+
+TEST_CASE("where a height is missing none is used, and that is said") {
+  for (const char* missing : {"", "NA", "-9999", "null", "-", "nan"}) {
+    const stem_table table = read_text(std::string("x,y,z\n1,2,3\n4,5,") + missing + "\n");
+    REQUIRE(table.stems.size() == 2);
+    CHECK_FALSE(table.has_heights);
+    CHECK(table.stems[0].z == 0);
+    REQUIRE(table.notes.size() == 1);
+    CHECK(table.notes[0] == "z is missing in 1 of 2 rows: heights are not used");
+  }
+}
+
+TEST_CASE("diameters and radii that no tree has in metres are in centimetres or millimetres") {
+  CHECK(read_text("x,y,dbh\n1,2,30\n1,3,20\n").stems[0].radius == Approx(0.15));
+  CHECK(read_text("x,y,radius\n1,2,15\n1,3,20\n").stems[0].radius == Approx(0.15));
+  CHECK(read_text("x,y,dbh\n1,2,300\n1,3,420\n").stems[0].radius == Approx(0.15));
+  CHECK(read_text("x,y,dbh_mm\n1,2,30\n1,3,20\n").stems[0].radius == Approx(0.015));
+  CHECK(read_text("x,y,DBH [cm]\n1,2,1\n1,3,1.5\n").stems[0].radius == Approx(0.005));
+  CHECK(read_text("x,y,dbh\n1,2,30\n").notes.size() == 1);
+  CHECK(read_text("x,y,dbh\n1,2,0.3\n").notes.empty());
+  CHECK(read_text("x,y,dbh_cm\n1,2,30\n").notes.empty());
 }
 
 TEST_CASE("a radius that is no length is refused with line and column") {
@@ -135,9 +166,12 @@ TEST_CASE("a row with more or fewer fields than the header is refused") {
 TEST_CASE("a file that is no stem map is refused with the header that one has") {
   const temporary_directory directory;
   require_error(directory.file("a.csv", ""), read_stems, "is empty", "x,y,z,radius");
-  require_error(directory.file("b.csv", "1,2,3\n"), read_stems, "no column x", "x,y,z,radius");
-  require_error(directory.file("c.csv", "x,z\n1,2\n"), read_stems, "no column y", "x,y,z,radius");
-  require_error(directory.file("d.csv", std::string(100, '\0')), read_stems, "no column x", "x,y,z,radius");
+  require_error(directory.file("b.csv", "1,2,3\n"), read_stems, "no line that names the columns",
+                "x,y,z,radius");
+  require_error(directory.file("c.csv", "x,z\n1,2\n"), read_stems,
+                "names no columns that are known to be x and y: 'x,z'", "x,y,z,radius");
+  require_error(directory.file("d.csv", std::string(100, '\0')), read_stems, "names no columns",
+                "x,y,z,radius");
   require_error(directory / "none.csv", read_stems, "does not exist", "Check");
 }
 

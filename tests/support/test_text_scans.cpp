@@ -43,9 +43,10 @@ TEST_CASE("a header of a text scan names the columns, in any order, case and quo
   require_two_points("name,x,y,z\n\"a, b\",1.5,-2,3\n,4,5.25,-6\n");
 }
 
-TEST_CASE("without the names x, y and z the first three columns count") {
-  require_two_points("East North Height\n1.5 -2 3\n4 5.25 -6\n");
+TEST_CASE("without a header the first three columns count") {
   require_two_points("1.5 -2 3 9\n4 5.25 -6 9\n");
+  require_two_points("Plot\n1.5 -2 3 9\n4 5.25 -6 9\n");
+  require_two_points("\"a\" 1.5 -2 3 9\n\"b\" 4 5.25 -6 9\n");
 }
 
 TEST_CASE("a comment is a header if it has a name for each column") {
@@ -84,11 +85,9 @@ TEST_CASE("a line of a text scan that is no point is refused with its number") {
   };
   require("1 2 3\n4 5\n", "line 2 has only 2 fields", "Mend");
   require("1 2\n", "line 1 has only 2 fields", "Mend");
-  require("1,2,3\n4,,6\n", "line 2 has ''", "decimal point");
-  require("1 2 3\n4 five 6\n", "line 2 has 'five'", "decimal point");
-  require("1,5;2,5;3,5\n", "line 1 has '1,5'", "decimal point");
-  require("1 2 3\n\n4 5 1e999\n", "line 3 has '1e999'", "decimal point");
-  require("2\n3\n1 2 3\n", "line 2 has only 1 fields", "Mend");
+  require("1,2,3\n4,,6\n", "line 2 has ''", "like 12.5");
+  require("1 2 3\n4 five 6\n", "line 2 has 'five'", "like 12.5");
+  require("1 2 3\n\n4 5 1e999\n", "line 3 has '1e999'", "like 12.5");
 }
 
 TEST_CASE("a header that does not fit its text scan is refused") {
@@ -96,9 +95,17 @@ TEST_CASE("a header that does not fit its text scan is refused") {
   const auto require = [&](const std::string& text, const std::string& problem) {
     require_error(directory.file("a.txt", text), read_scan, problem, "named by a header");
   };
-  require("x,y\n1,2\n", "not all, of the columns x, y and z");
-  require("\"x\" \"y\" \"z\"\n\"1\" 4 5 6\n", "3 names above lines of 4 fields");
+  require("x,y\n1,2\n", "line 1 names no columns that are known to be x and y and z: 'x,y'");
+  require("id,time,range\n1,2,3\n", "known to be x and y and z: 'id,time,range'");
   require("id,x,y,z\n1 4 5 6 7\n", "4 names above lines of 5 fields");
+}
+
+TEST_CASE("coordinates that may be two columns, or are angles, are refused") {
+  const temporary_directory directory;
+  require_error(directory.file("a.csv", "id,x,X,y,z\n1,2,2,3,4\n"), read_scan,
+                "two columns that may be that of 'x': 'id,x,X,y,z'", "Name one column");
+  require_error(directory.file("b.csv", "longitude,latitude,altitude\n1,2,3\n"), read_scan,
+                "has angles in column", "in metres");
 }
 
 TEST_CASE("a text scan with fewer points than it announces is refused") {

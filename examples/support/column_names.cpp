@@ -1,0 +1,182 @@
+#include "support/column_names.hpp"
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "support/text_fields.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+bool is_one_of(std::string_view word, std::span<const std::string_view> words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+// Words of letters, digits and colons, in lower case.
+std::vector<std::string> words_of(std::string_view name) {
+  std::vector<std::string> words;
+  bool within = false;
+  for (const char c : lower_case(name)) {
+    const bool is_part = (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == ':' || (c & 0x80);
+    if (is_part && !within) words.emplace_back();
+    if (is_part) words.back() += c;
+    within = is_part;
+  }
+  return words;
+}
+
+std::optional<double> unit_named(std::string_view word) {
+  constexpr struct {
+    std::string_view word;
+    double metres;
+  } units[] = {{"m", 1},       {"meter", 1},     {"meters", 1},     {"metre", 1},     {"metres", 1},
+               {"cm", 0.01},   {"mm", 0.001},    {"ft", 0.3048},    {"feet", 0.3048}, {"foot", 0.3048},
+               {"in", 0.0254}, {"inch", 0.0254}, {"inches", 0.0254}};
+  for (const auto& u : units)
+    if (word == u.word) return u.metres;
+  return std::nullopt;
+}
+
+bool names_an_angle(std::string_view word) {
+  constexpr std::string_view angles[] = {"deg", "degree", "degrees",   "\xC2\xB0",
+                                         "lon", "lat",    "longitude", "latitude"};
+  return is_one_of(word, angles);
+}
+
+// Words that a coordinate may have around it.
+bool says_whose(std::string_view word) {
+  constexpr std::string_view words[] = {"tree",   "stem",       "point", "points", "pos", "position",
+                                        "coord",  "coords",     "loc",   "local",  "utm", "plot",
+                                        "global", "coordinate", "map",   "xyz"};
+  return is_one_of(word, words);
+}
+
+struct known_name {
+  std::string_view word;
+  quantity what;
+  int rank;
+};
+constexpr known_name known_names[] = {{"x", quantity::x, 1},          {"y", quantity::y, 1},
+                                      {"z", quantity::z, 1},          {"gx", quantity::x, 2},
+                                      {"gy", quantity::y, 2},         {"gz", quantity::z, 2},
+                                      {"px", quantity::x, 2},         {"py", quantity::y, 2},
+                                      {"pz", quantity::z, 2},         {"easting", quantity::x, 3},
+                                      {"northing", quantity::y, 3},   {"elevation", quantity::z, 3},
+                                      {"east", quantity::x, 3},       {"north", quantity::y, 3},
+                                      {"elev", quantity::z, 3},       {"rechtswert", quantity::x, 3},
+                                      {"hochwert", quantity::y, 3},   {"altitude", quantity::z, 3},
+                                      {"longitude", quantity::x, 4},  {"latitude", quantity::y, 4},
+                                      {"alt", quantity::z, 3},        {"lon", quantity::x, 4},
+                                      {"lat", quantity::y, 4},        {"radius", quantity::radius, 1},
+                                      {"dbh", quantity::diameter, 1}, {"diameter", quantity::diameter, 2},
+                                      {"bhd", quantity::diameter, 2}};
+
+// `points:2`, as ParaView names the components of a vector.
+std::optional<quantity> component_of(std::string_view word) {
+  if (word.size() < 2 || word[word.size() - 2] != ':') return std::nullopt;
+  constexpr quantity axes[] = {quantity::x, quantity::y, quantity::z};
+  const char digit = word.back();
+  return digit >= '0' && digit <= '2' ? std::optional(axes[digit - '0']) : std::nullopt;
+}
+
+// The column of the smallest rank; `is_double` where there are two of them.
+std::optional<std::size_t> best_of(const std::vector<column_meaning>& columns, quantity what,
+                                   bool& is_double) {
+  std::optional<std::size_t> best;
+  is_double = false;
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (columns[i].what != what) continue;
+    if (best && columns[i].rank == columns[*best].rank) is_double = true;
+    if (best && columns[i].rank >= columns[*best].rank) continue;
+    is_double = false;
+    best = i;
+  }
+  return best;
+}
+
+// E, N and H, and heights beside an easting, which are coordinates only together.
+void understand_letters(const std::vector<std::string_view>& names, table_of kind,
+                        std::vector<column_meaning>& columns) {
+  const auto find = [&](std::initializer_list<std::string_view> words) -> std::optional<std::size_t> {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      const auto own = words_of(names[i]);
+      for (const std::string_view word : words)
+        if (own.size() <= 2 && !own.empty() && own[0] == word) return i;
+    }
+    return std::nullopt;
+  };
+  const auto is_missing = [&](quantity what) {
+    return std::none_of(columns.begin(), columns.end(),
+                        [&](const column_meaning& c) { return c.what == what; });
+  };
+  const auto east = find({"e"}), north = find({"n"});
+  if (east && north && is_missing(quantity::x) && is_missing(quantity::y)) {
+    columns[*east].what = quantity::x;
+    columns[*north].what = quantity::y;
+    columns[*east].rank = columns[*north].rank = 5;
+  }
+  bool ignored = false;
+  const auto x = best_of(columns, quantity::x, ignored);
+  if (kind != table_of::points || !x || columns[*x].rank < 3 || !is_missing(quantity::z)) return;
+  if (const auto height = find({"h", "height"}))
+    columns[*height] = {quantity::z, 5, columns[*height].unit, false};
+}
+
+}  // namespace
+
+column_meaning meaning_of(std::string_view name) {
+  column_meaning meaning;
+  std::vector<std::string> left;
+  const std::vector<std::string> words = words_of(name);
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    if (names_an_angle(words[i])) meaning.is_angle = true;
+    if (const auto unit = unit_named(words[i]); unit && i > 0)
+      meaning.unit = unit;
+    else if (words[i].find(':') != std::string::npos || !(says_whose(words[i]) && words.size() > 1))
+      left.push_back(words[i]);
+  }
+  if (meaning.is_angle)
+    std::erase_if(left, [](const std::string& word) {
+      return word == "deg" || word == "degree" || word == "degrees" || word == "\xC2\xB0";
+    });
+  if (left.size() != 1) return meaning;
+  if (const auto component = component_of(left[0])) {
+    meaning.what = *component;
+    meaning.rank = 2;
+    return meaning;
+  }
+  for (const known_name& known : known_names) {
+    if (left[0] != known.word) continue;
+    meaning.what = known.what;
+    meaning.rank = known.rank - (words.size() == 1 && known.rank == 1);
+  }
+  return meaning;
+}
+
+known_columns find_columns(const std::vector<std::string_view>& names, table_of kind, std::string& problem) {
+  std::vector<column_meaning> columns;
+  for (const std::string_view name : names) columns.push_back(meaning_of(name));
+  understand_letters(names, kind, columns);
+  known_columns found;
+  for (const column_meaning& c : columns) found.units.push_back(c.unit.value_or(1));
+  problem.clear();
+  const auto take = [&](quantity what) {
+    bool is_double = false;
+    const auto column = best_of(columns, what, is_double);
+    if (is_double) problem = "has two columns that may be that of '" + std::string(names[*column]) + "'";
+    if (column && columns[*column].is_angle)
+      problem = "has angles in column '" + std::string(names[*column]) + "'";
+    return column;
+  };
+  found.radius = take(quantity::radius);
+  found.diameter = take(quantity::diameter);
+  problem.clear();  // of several diameters the first one counts
+  found.x = take(quantity::x);
+  found.y = take(quantity::y);
+  found.z = take(quantity::z);
+  return found;
+}
+
+}  // namespace globalmatch::support

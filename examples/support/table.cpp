@@ -1,0 +1,301 @@
+#include "support/table.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+namespace globalmatch::support {
+
+namespace {
+
+constexpr std::size_t all_cells = std::size_t(-1);
+constexpr std::size_t looked_at = 200;  // lines, for what stands above the rows and how they are cut
+constexpr std::array<char, 4> separators = {'\t', ';', ',', ' '};
+
+// The text of a comment; empty when the line is none.
+std::optional<std::string_view> comment_of(std::string_view line) {
+  for (const std::string_view sign : {"#", "//", "%", "!"})
+    if (line.starts_with(sign)) return trim(line.substr(sign.size()));
+  return std::nullopt;
+}
+
+// Whether a line has neither numbers nor words, as the rows below a table that Excel wrote.
+bool is_blank(std::string_view line) {
+  return line.find_first_not_of(" \t\r,;\"'") == std::string_view::npos;
+}
+
+// Of the ways to cut a line that with most numbers has so many.
+std::size_t count_numbers(std::string_view line) {
+  std::size_t most = 0;
+  for (const char separator : separators)
+    for (const bool decimal_comma : {false, true}) {
+      if (decimal_comma && separator == ',') continue;
+      std::size_t count = 0;
+      for (const std::string_view cell : split(line, separator))
+        count += to_number(cell, decimal_comma).has_value();
+      most = std::max(most, count);
+    }
+  return most;
+}
+
+std::string quoted(std::string_view line) {
+  constexpr std::size_t enough = 100;
+  std::string text(line.substr(0, enough));
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c >= 0 && c < ' '; }, ' ');
+  return "'" + text + (line.size() > enough ? "...'" : "'");
+}
+
+std::string_view remedy_of(table_of kind) {
+  return kind == table_of::stems ? "Name the columns above the rows, e.g.: x,y,z,radius"
+                                 : "A text scan has a point a line, x y z first or named by a header; other "
+                                   "known formats are PLY, PCD "
+                                   "and LAS";
+}
+
+}  // namespace
+
+table_reader::table_reader(input_file& file, table_of kind) : file_(file), kind_(kind) {
+  while (ahead_.size() < looked_at)
+    if (const auto line = file.read_line())
+      ahead_.push_back({std::string(*line), file.line_number()});
+    else
+      break;
+  read_header();
+  find_format();
+  if (kind_ == table_of::points) needed_cells_ = std::max({*columns_.x, *columns_.y, *columns_.z}) + 1;
+}
+
+bool table_reader::is_count(std::string_view line) const {
+  return kind_ == table_of::points && to_count(trim(line));
+}
+
+void table_reader::read_header() {
+  std::optional<numbered_line> not_understood;
+  while (!ahead_.empty()) {
+    const numbered_line at = ahead_.front();
+    const std::string_view line = trim(at.text);
+    if (line.size() == 5 && lower_case(line).starts_with("sep=")) {
+      given_separator_ = line[4];
+    } else if (const auto comment = comment_of(line)) {
+      line_number_ = at.number;
+      if (names_.empty()) take_header(*comment, true);
+    } else if (is_count(line)) {
+      announced_ = announced_.value_or(0) + *to_count(line);
+    } else if (!line.empty()) {
+      line_number_ = at.number;
+      if (has_header() || count_numbers(at.text) > 1) break;
+      if (take_header(at.text, false)) {
+        ahead_.pop_front();
+        take_units();
+        continue;
+      }
+      not_understood = at;
+    }
+    ahead_.pop_front();
+  }
+  if (has_header()) return;
+  const std::size_t cells = ahead_.empty() ? 0 : split(ahead_.front().text, ' ').size();
+  const bool is_title =
+      not_understood && !ahead_.empty() && kind_ == table_of::points &&
+      split(not_understood->text, ' ').size() < std::min<std::size_t>(cells, 3) &&
+      count_numbers(not_understood->text) == 0 && split(not_understood->text, ',').size() == 1 &&
+      split(not_understood->text, ';').size() == 1 && split(not_understood->text, '\t').size() == 1;
+  if (not_understood && !is_title)
+    file_.fail("line " + std::to_string(not_understood->number) +
+                   " names no columns that are known to be x and y" +
+                   (kind_ == table_of::points ? " and z" : "") + ": " + quoted(trim(not_understood->text)),
+               remedy_of(kind_));
+  if (kind_ == table_of::stems) {
+    if (ahead_.empty()) file_.fail("is empty", remedy_of(kind_));
+    file_.fail("has no line that names the columns above the rows", remedy_of(kind_));
+  }
+}
+
+// Whether a line names the columns. A comment does if it has a name for each cell of the row below.
+bool table_reader::take_header(std::string_view line, bool is_comment) {
+  for (const char separator : separators) {
+    if (given_separator_ && separator != *given_separator_ && !is_comment) continue;
+    std::vector<std::string_view> names = split(line, separator);
+    while (!names.empty() && names.back().empty()) names.pop_back();
+    if (names.size() < 2) continue;
+    std::string problem;
+    const known_columns columns = find_columns(names, kind_, problem);
+    if (!columns.x || !columns.y || (kind_ == table_of::points && !columns.z)) continue;
+    if (is_comment) {
+      const auto row = std::find_if(ahead_.begin() + 1, ahead_.end(),
+                                    [&](const numbered_line& l) { return !is_no_row(l.text); });
+      const auto as_many = [&](char c) { return split(row->text, c).size() == names.size(); };
+      if (row == ahead_.end() || std::none_of(separators.begin(), separators.end(), as_many)) continue;
+    }
+    if (!problem.empty())
+      file_.fail("line " + std::to_string(line_number_) + " " + problem + ": " + quoted(trim(line)),
+                 "Name one column each x, y and z, in a projected or local frame in metres");
+    names_.assign(names.begin(), names.end());
+    is_open_ended_ = split(line, separator).size() > names.size();
+    columns_ = columns;
+    header_separator_ = separator;
+    return true;
+  }
+  return false;
+}
+
+// A row of units below the header, such as m,m,m,cm.
+void table_reader::take_units() {
+  if (ahead_.empty()) return;
+  const std::vector<std::string_view> cells = split(ahead_.front().text, header_separator_);
+  if (cells.size() != names_.size() || count_numbers(ahead_.front().text) > 0 ||
+      is_blank(ahead_.front().text))
+    return;
+  std::vector<double> units = columns_.units;
+  for (const auto& column : {columns_.x, columns_.y, columns_.z, columns_.radius, columns_.diameter}) {
+    if (!column) continue;
+    const column_meaning named = meaning_of("x " + std::string(cells[*column]));
+    if (!named.unit) return;
+    units[*column] = *named.unit;
+  }
+  columns_.units = units;
+  ahead_.pop_front();
+}
+
+void table_reader::cut(std::string_view line, char separator, std::size_t row_names,
+                       std::vector<std::string_view>& cells, std::size_t max_cells) {
+  cells.clear();
+  field_reader fields(line, separator);
+  for (std::size_t i = 0; i < row_names; ++i) fields.next();
+  while (cells.size() < max_cells) {
+    const auto cell = fields.next();
+    if (!cell) break;
+    cells.push_back(*cell);
+  }
+}
+
+// Whether a line is passed over: blank, a comment, or a count.
+bool table_reader::is_no_row(std::string_view line) const {
+  return is_blank(line) || comment_of(trim(line)) || is_count(line);
+}
+
+// Whether most of the first rows have a cell for each name, and numbers where x, y and z are.
+bool table_reader::fits(char separator, bool decimal_comma, std::size_t row_names) const {
+  std::size_t rows = 0, fitting = 0;
+  std::vector<std::string_view> cells;
+  for (const numbered_line& line : ahead_) {
+    if (is_no_row(line.text)) continue;
+    cut(line.text, separator, row_names, cells, all_cells);
+    ++rows;
+    const std::size_t named = has_header() ? names_.size() : 3;
+    const auto rest = cells.begin() + std::ptrdiff_t(std::min(named, cells.size()));
+    const bool extra = std::any_of(rest, cells.end(), [](std::string_view cell) { return !cell.empty(); });
+    const bool enough =
+        cells.size() >= named || (separator == '\t' && cells.size() > std::max(*columns_.x, *columns_.y));
+    if (!enough || (has_header() && !is_open_ended_ && extra)) continue;
+    const auto is_number = [&](std::size_t c) {
+      return c < cells.size() && to_number(cells[c], decimal_comma);
+    };
+    const bool z_fits = !columns_.z || kind_ == table_of::stems || is_number(*columns_.z);
+    fitting += is_number(*columns_.x) && is_number(*columns_.y) && z_fits;
+  }
+  return 2 * fitting > rows;
+}
+
+// Whether the first cells are 0, 1, 2, ... or 1, 2, 3, ...
+bool table_reader::counts_rows(const std::vector<std::string_view>& first_cells) const {
+  if (first_cells.size() < 2) return false;
+  const auto first = to_count(first_cells[0]);
+  if (!first || *first > 1) return false;
+  for (std::size_t i = 0; i < first_cells.size(); ++i)
+    if (to_count(first_cells[i]) != *first + i) return false;
+  return true;
+}
+
+void table_reader::find_format() {
+  std::vector<std::string_view> first_cells;
+  bool all_quoted = true;
+  if (!has_header()) {
+    columns_.x = 0, columns_.y = 1, columns_.z = 2;
+    columns_.units = {1, 1, 1};
+  }
+  std::optional<std::size_t> first_row;
+  for (std::size_t i = 0; i < ahead_.size(); ++i) {
+    const std::string_view line = trim(ahead_[i].text);
+    if (is_no_row(line)) continue;
+    if (!first_row) first_row = i;
+    all_quoted = all_quoted && (line.starts_with('"') || line.starts_with('\''));
+  }
+  if (!first_row) return;
+  const auto set = [&](char separator, bool decimal_comma, std::size_t row_names) {
+    separator_ = separator, decimal_comma_ = decimal_comma, row_names_ = row_names;
+  };
+  for (const std::size_t row_names : {std::size_t(0), std::size_t(1)})
+    for (const char separator : separators) {
+      if (given_separator_ && separator != *given_separator_) continue;
+      first_cells.clear();
+      for (const numbered_line& line : ahead_)
+        if (!is_no_row(line.text))
+          first_cells.push_back(field_reader(line.text, separator).next().value_or(""));
+      const bool have_names =
+          all_quoted || (has_header() && separator == header_separator_ && counts_rows(first_cells));
+      if (row_names == 1 ? !have_names : (!has_header() && all_quoted)) continue;
+      for (const bool decimal_comma : {false, true}) {
+        if ((decimal_comma && separator == ',') || !fits(separator, decimal_comma, row_names)) continue;
+        set(separator, decimal_comma, row_names);
+        constexpr std::size_t many = 10;
+        const auto cells = split(ahead_[*first_row].text, separator);
+        if (!has_header() && cells.size() > 3 && row_names == 0 && first_cells.size() >= many &&
+            counts_rows(first_cells))
+          file_.fail("has no header, and its first column counts the rows", remedy_of(kind_));
+        return;
+      }
+    }
+  // Whatever is wrong with the rows, it is said of the first one that is.
+  const std::string& row = ahead_[*first_row].text;
+  const auto occurring =
+      std::find_if(separators.begin(), separators.end(), [&](char c) { return row.find(c) != row.npos; });
+  set(given_separator_.value_or(occurring == separators.end() ? ' ' : *occurring), false, 0);
+  const std::size_t cells = split(row, separator_).size();
+  if (has_header() && names_.size() != cells && kind_ == table_of::points)
+    file_.fail("has a header with " + std::to_string(names_.size()) + " names above lines of " +
+                   std::to_string(cells) + " fields",
+               remedy_of(kind_));
+}
+
+bool table_reader::next() {
+  while (true) {
+    std::string_view line;
+    if (!ahead_.empty()) {
+      line_ = std::move(ahead_.front().text);
+      line_number_ = ahead_.front().number;
+      ahead_.pop_front();
+      line = line_;
+    } else if (const auto read = file_.read_line()) {
+      line = *read;
+      line_number_ = file_.line_number();
+    } else {
+      return false;
+    }
+    if (is_count(line)) announced_ = announced_.value_or(0) + *to_count(trim(line));  // a block of a PTS file
+    if (is_no_row(line)) continue;
+    cut(line, separator_, row_names_, cells_, needed_cells_);
+    if (kind_ == table_of::points || !has_header()) return true;
+    while (cells_.size() > names_.size() && (is_open_ended_ || cells_.back().empty())) cells_.pop_back();
+    if (separator_ == '\t' && cells_.size() < names_.size()) cells_.resize(names_.size());
+    if (cells_.size() != names_.size())
+      fail_at_row("has " + std::to_string(cells_.size()) + " fields, but the header names " +
+                      std::to_string(names_.size()),
+                  "Mend the line; numbers have decimal points, and text with separators is quoted");
+    return true;
+  }
+}
+
+std::optional<double> table_reader::number(std::size_t column) const {
+  if (column >= cells_.size()) return std::nullopt;
+  const auto value = to_number(cells_[column], decimal_comma_);
+  return value && column < columns_.units.size() ? std::optional(*value * columns_.units[column]) : value;
+}
+
+void table_reader::fail_at_row(std::string_view problem, std::string_view remedy) const {
+  file_.fail("line " + std::to_string(line_number_) + " " + std::string(problem), remedy);
+}
+
+}  // namespace globalmatch::support

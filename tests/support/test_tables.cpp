@@ -1,0 +1,178 @@
+// Spellings of tables that people have: each is read, or refused with its header.
+#include "support/table.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "catch.hpp"
+#include "file_checks.hpp"
+#include "support/scan_files.hpp"
+#include "support/stem_files.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+const points two_points = {{1.5, -2, 3}, {4, 5.25, -6}};
+
+void require_scan(const std::string& text) {
+  const temporary_directory directory;
+  INFO(text);
+  const points read = read_scan(directory.file("scan", text));
+  REQUIRE(read.size() == 2);
+  CHECK((read[0] - two_points[0]).norm() < 1e-9);
+  CHECK((read[1] - two_points[1]).norm() < 1e-9);
+}
+
+void require_refused(const std::string& text, const std::string& problem) {
+  const temporary_directory directory;
+  INFO(text);
+  require_error(directory.file("scan", text), read_scan, problem, "");
+}
+
+std::string in_utf16(const std::string& text, bool big_endian) {
+  std::string bytes = big_endian ? "\xFE\xFF" : "\xFF\xFE";
+  for (const char c : text) {
+    if (big_endian) bytes += '\0';
+    bytes += c;
+    if (!big_endian) bytes += '\0';
+  }
+  return bytes;
+}
+
+void require_map(const std::string& text) {
+  const temporary_directory directory;
+  INFO(text);
+  const stem_table table = read_stems(directory.file("stems", text));
+  REQUIRE(table.stems.size() == 2);
+  CHECK(table.stems[0].x == 1.5);
+  CHECK(table.stems[0].y == -2);
+  CHECK(table.stems[1].x == 4);
+  CHECK(table.stems[1].y == 5.25);
+}
+
+std::filesystem::path cases() {
+  return std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "cases";
+}
+
+}  // namespace
+
+TEST_CASE("columns are known by their names with units, prefixes and quotes, in any order") {
+  const std::string rows = "\n7,1.5,-2,3\n8,4,5.25,-6\n";
+  for (const char* header :
+       {"id,X(m),Y(m),Z(m)", "time,x_m,y_m,z_m", "t,X [m],Y [m],Z [m]", "id,Easting,Northing,Height",
+        "id,E,N,H", "id,east,north,elevation", "id,gx,gy,gz", "id,tree_x,tree_y,tree_z", "id,px,py,pz",
+        "\"i\",\"Points:0\",\"Points:1\",\"Points:2\"", "i,Points_m_XYZ:0,Points_m_XYZ:1,Points_m_XYZ:2",
+        "i,X Coordinate,Y Coordinate,Z Coordinate", "'i','x','y','z'", "i,utm_easting,utm_northing,alt",
+        "FID,POINT_X,POINT_Y,POINT_Z", "i,Rechtswert,Hochwert,z", "i,X(meter),Y(meter),Z(meter)"})
+    require_scan(header + rows);
+  require_scan("N,E,H\n-2,1.5,3\n5.25,4,-6\n");
+  require_scan("Point,Northing,Easting,Elevation\n1,-2,1.5,3\n2,5.25,4,-6\n");
+  require_scan("P,N,E,Z,D\n1,-2,1.5,3,tree\n2,5.25,4,-6,tree\n");
+  require_scan("x_utm,y_utm,x,y,z\n500000,1,1.5,-2,3\n500001,1,4,5.25,-6\n");
+}
+
+TEST_CASE("coordinates in other units become metres where the header names them") {
+  require_scan("x(cm),y(cm),z(cm)\n150,-200,300\n400,525,-600\n");
+  require_scan("x_mm,y_mm,z_mm\n1500,-2000,3000\n4000,5250,-6000\n");
+  require_scan("x,y,z\nm,m,m\n1.5,-2,3\n4,5.25,-6\n");
+  require_scan("x,y,z,i\ncm,cm,cm,\n150,-200,300,1\n400,525,-600,1\n");
+}
+
+TEST_CASE("decimal commas and thousands are understood where there is no doubt") {
+  require_scan("X;Y;Z\n1,5;-2;3\n4;5,25;-6\n");
+  require_scan("1,5 -2,0 3,0\n4,0 5,25 -6,0\n");
+  require_scan("x\ty\tz\n1,5\t-2,0\t3,0\n4\t5,25\t-6\n");
+  const temporary_directory directory;
+  for (const char* text : {"x;y;z\n4,512,005.5;5,312,018.25;1.5\n", "x;y;z\n4.512.005,5;5.312.018,25;1,5\n"})
+    CHECK(read_scan(directory.file("a", text)) == points{{4512005.5, 5312018.25, 1.5}});
+}
+
+TEST_CASE("comments, titles, counts, separators and empty rows around a table are passed over") {
+  for (const char* sign : {"# ", "% ", "! ", "//"})
+    require_scan(sign + std::string("scan 4\n1.5 -2 3\n4 5.25 -6\n"));
+  require_scan("# id x y z\n# exported by crew\n1 1.5 -2 3\n2 4 5.25 -6\n");
+  require_scan("sep=;\nx;y;z\n1.5;-2;3\n4;5.25;-6\n");
+  require_scan("X Y Z\n2\n1.5 -2 3\n4 5.25 -6\n");
+  require_scan("1\n1.5 -2 3\n1\n4 5.25 -6\n");
+  require_scan("X;Y;Z\n1.5;-2;3;\n4;5.25;-6;\n;;;\n");
+  require_scan("\"X\" \"Y\" \"Z\"\n\"1\" 1.5 -2 3\n\"2\" 4 5.25 -6\n");
+  require_scan("\tX\tY\tZ\n0\t1.5\t-2\t3\n1\t4\t5.25\t-6\n");
+  require_scan("note\tx\ty\tz\n\t1.5\t-2\t3\ndead wood\t4\t5.25\t-6\n");
+}
+
+TEST_CASE("UTF-16 and line ends of the old Macintosh are read") {
+  require_scan(in_utf16("x y z\r\n1.5 -2 3\r\n4 5.25 -6\r\n", false));
+  require_scan(in_utf16("1.5 -2 3\n4 5.25 -6\n", true));
+  require_scan("1.5 -2 3\r4 5.25 -6\r");
+  require_scan("x,y,z\r1.5,-2,3\r4,5.25,-6");
+}
+
+TEST_CASE("what is not known to be a coordinate is refused with the header, never guessed") {
+  for (const std::string header : {"id,time,range", "a b c", "intensity;return;range",
+                                   "azimuth,elevation_angle,distance", "x,y,intensity"}) {
+    const char separator = header[header.find_first_of(",; ")];
+    const std::string row = std::string("1") + separator + "2" + separator + "3\n";
+    require_refused(header + "\n" + row, "'" + header + "'");
+  }
+  std::string counted;
+  for (int i = 1; i <= 12; ++i) counted += std::to_string(i) + " 5.5 " + std::to_string(3 * i) + ".25 1\n";
+  require_refused(counted, "its first column counts the rows");
+  require_refused("v 1 2 3\nv 4 5 6\n", "is an OBJ file");
+}
+
+TEST_CASE("a PTX file is read without its empty returns, and several scans are refused") {
+  const std::string header = "2\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 9 9 1\n";
+  require_scan(header + "1.5 -2 3 0.5\n0 0 0 0.5\n0 0 0 0.5\n4 5.25 -6 0.5\n");
+  const std::string scan = header + "1 2 3 0\n1 2 3 0\n1 2 3 0\n1 2 3 0\n";
+  require_refused(scan + scan, "several scans");
+  require_refused(header + "1 2 3 0\n1 2 3 0\n", "ends before");
+}
+
+TEST_CASE("stem tables with tabs, words and row names keep their columns") {
+  require_map("id\tspecies\tx\ty\tdbh\n1\tPicea abies\t1.5\t-2\t0.3\n2\t\t4\t5.25\t0.2\n");
+  require_map("note\tx\ty\tspecies\n\t1.5\t-2\tPicea abies\n\t4\t5.25\t\n");
+  require_map("\"x\" \"y\"\n\"1\" 1.5 -2\n\"2\" 4 5.25\n");
+  require_map("x,y\n1,1.5,-2\n2,4,5.25\n");
+  require_map("treeID,gx,gy,dbh\n1,1.5,-2,120\n2,4,5.25,240\n");
+  require_map("# plot 7\n\n//X,Y,dbh\n1.5,-2,0.3\n4,5.25,0.3\n");
+  require_map(
+      "x,y,z,radius,parent_id,\n1.5,-2,0,0.1,-1, 1.5,-2,2,0.1,0,\n4,5.25,0,0.1,-1, 4,5.25,2,0.1,0,\n");
+  require_map("x,y,dbh,,\n1.5,-2,0.3,,\n4,5.25,0.3,,\n,,,,\n");
+}
+
+TEST_CASE("the small inputs that people have are read as what they are") {
+  if (!std::filesystem::is_directory(cases())) {
+    WARN("skipped: the folder of cases does not exist: " << cases());
+    return;
+  }
+  for (const char* folder :
+       {"text_header_not_understood", "text_scans_refused", "ply_refused", "pcd_refused"}) {
+    const points expected = read_scan(cases() / folder / "base.txt");
+    REQUIRE(expected.size() == 300);
+    for (const auto& entry : std::filesystem::directory_iterator(cases() / folder)) {
+      const std::string name = entry.path().filename().string();
+      if (name == "README" || name == "I.txt" || name == "X.txt" || name == "Z.txt") continue;
+      INFO(entry.path());
+      const points read = read_scan(entry.path());
+      REQUIRE(read.size() == expected.size());
+      double worst = 0;
+      for (std::size_t i = 0; i < read.size(); ++i) worst = std::max(worst, (read[i] - expected[i]).norm());
+      CHECK(worst < 1e-5);
+    }
+  }
+  for (const char* folder : {"stem_csv_refused", "stem_csv_tabs", "stem_csv_units_of_dbh"})
+    for (const auto& entry : std::filesystem::directory_iterator(cases() / folder)) {
+      if (entry.path().extension() != ".csv") continue;
+      INFO(entry.path());
+      const stem_table table = read_stems(entry.path());
+      REQUIRE(table.stems.size() == 60);
+      if (!table.has_radii) continue;
+      CHECK(table.stems[1].radius > 0.05);
+      CHECK(table.stems[1].radius < 0.5);
+    }
+}
+
+}  // namespace globalmatch::support
