@@ -5,7 +5,7 @@ plot_matching.py time    complexity.csv ... -o time.svg     median time against 
 plot_matching.py memory  complexity.csv ... -o memory.svg   peak memory against stems
 plot_matching.py success complexity.csv ... -x overlap -o success.svg   share registered rightly against a column
 plot_matching.py curve   windows.csv ...    -o curve.svg    the same against stems that both windows show
-plot_matching.py calibration decisions.csv -o calibration.svg    share that is right against the probability that was reported
+plot_matching.py calibration window_probabilities.csv -o calibration.svg    share that is right against the probability that was reported
 """
 import argparse
 import csv
@@ -84,7 +84,7 @@ def plot_curve(arguments):
 
 def plot_calibration(arguments):
     bins = 20
-    pairs = sorted((float(row["probability"]), row["best_right"] == "1") for _, row in rows_of(arguments.files) if row["suite"] == "calibration")
+    pairs = sorted((float(row["probability"]), row["best_right"] == "1") for _, row in rows_of(arguments.files))
     reported, was = [], []
     for b in range(bins):
         own = pairs[b * len(pairs) // bins:(b + 1) * len(pairs) // bins]
