@@ -189,7 +189,7 @@ class lattice_residuals {
   }
 
   /// A place of the lattice, in steps along both shifts, and a transform that is near the one there.
-  struct place {
+  struct lattice_place {
     std::int32_t i, j;
     rigid near;
     std::uint64_t key() const { return key_of(std::uint32_t(i), std::uint32_t(j)); }
@@ -198,19 +198,19 @@ class lattice_residuals {
   /// Walks along the lattice, one place after the other, as far as enough stems match. Each transform is
   /// fitted, so that neither the lattice nor the yaw need be known well enough for places far away.
   void traverse(const rigid& start) {
-    std::vector<place> ahead = {{0, 0, start}};
+    std::vector<lattice_place> ahead = {{0, 0, start}};
     std::vector<std::uint64_t> seen = {ahead[0].key()};  // increasing
     for (std::size_t next = 0; next < ahead.size() && visited_ <= max_visited; ++next) {
       poll_cancelled();
       visited_ += context_.source.size() / step_;
-      const place at = ahead[next];
+      const lattice_place at = ahead[next];
       const auto fitted = fit(pair_nearest(at.near));
       if (!fitted) continue;
       remember(*fitted);
       for (const vec2 step : {vec2{1, 0}, vec2{-1, 0}, vec2{0, 1}, vec2{0, -1}}) {
         const vec2 shift = step.x * lattice_.first + step.y * lattice_.second;
-        const place beside{at.i + int(step.x), at.j + int(step.y),
-                           shifted_after(fitted->transform, {shift.x, shift.y, 0})};
+        const lattice_place beside{at.i + int(step.x), at.j + int(step.y),
+                                   shifted_after(fitted->transform, {shift.x, shift.y, 0})};
         const auto known = std::lower_bound(seen.begin(), seen.end(), beside.key());
         if (known != seen.end() && *known == beside.key()) continue;
         seen.insert(known, beside.key());
