@@ -49,15 +49,15 @@ class null_model {
   /// ways, and the larger tail counts. Before anything else. Cost: linear in the source stems.
   void include_reversed() {
     constexpr double much_more_densely = 2;
+    const auto of_source = std::make_shared<background_density>(context_.source, context_.source_index);
+    // At the smallest residual the probability is the mean density times an area.
+    if (of_source->poisson_inlier_probability(min_residual + step_) <=
+        much_more_densely * least_.poisson_inlier_probability)
+      return;
     std::vector<double> thresholds;
     for (const probabilities& known : known_) thresholds.push_back(known.inlier_threshold);
-    auto maps = std::make_unique<const matching_context>(context_.reversed());
-    auto reversed = std::make_unique<null_model>(*maps, thresholds);
-    // At the smallest residual the probability is the mean density times an area.
-    if (reversed->least_.poisson_inlier_probability <= much_more_densely * least_.poisson_inlier_probability)
-      return;
-    reversed_maps_ = std::move(maps);
-    reversed_ = std::move(reversed);
+    reversed_maps_ = std::make_unique<const matching_context>(context_.reversed());
+    reversed_ = std::make_unique<null_model>(*reversed_maps_, of_source, thresholds);
   }
 
   /// From now on chance is at least as good as it is along the lattice of these stems.

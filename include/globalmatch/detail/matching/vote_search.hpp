@@ -154,10 +154,8 @@ inline std::size_t count_around(const matching_context& context, std::span<const
   if (!transform || !context.allows(*transform)) return 0;
   context.source_index->nearest(pairs.front().source, around, nearest);
   std::size_t hits = 0;
-  for (std::size_t tried = 1; tried <= nearest.size(); ++tried) {
-    hits +=
-        context.has_inlier(*transform * context.source.at[nearest[tried - 1].index], 2 * inlier_threshold);
-  }
+  for (const auto& n : nearest)
+    hits += context.has_inlier(*transform * context.source.at[n.index], 2 * inlier_threshold);
   return hits < min_hits ? 0 : hits;
 }
 
