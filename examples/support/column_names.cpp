@@ -1,7 +1,7 @@
 #include "support/column_names.hpp"
 
 #include <algorithm>
-#include <array>
+#include <initializer_list>
 #include <span>
 
 #include "support/text_fields.hpp"

@@ -20,9 +20,10 @@ struct marked_points {
 };
 
 /// All points of a scan, in the order and the frame of the file; NaN points of organised clouds are kept. The
-/// format is recognised by content, whatever the name: PLY, PCD, uncompressed LAS, or text with x, y and z in
-/// the first three columns or in those that a header names so. A scan may have no points. Throws `file_error`
-/// when the file cannot be read or is damaged, and for LAZ and E57 with the command that converts them.
+/// format is recognised by content, whatever the name: PLY, PCD, uncompressed LAS, PTX of one scan, or text
+/// with x, y and z in the columns that a header names so, or in the first three where there is none. A header
+/// that names no coordinates is refused. A scan may have no points. Throws `file_error` when the file cannot
+/// be read or is damaged, and for LAZ and E57 with the command that converts them.
 std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path);
 
 /// The same. Points that the file marks are left out unless they are to be kept, and counted.

@@ -16,15 +16,15 @@ namespace globalmatch::support {
 
 namespace {
 
-std::string quoted(std::string_view field) {
-  return "'" + std::string(field.substr(0, 40)) + "'";
-}
-
 // What is written where a value is not known.
 bool says_unknown(std::string_view cell) {
-  constexpr std::string_view words[] = {"",   "na", "n/a",   "nan",  "null",    "none", "-",
-                                        "--", ".",  "-9999", "-999", "-9999.0", "-99"};
+  constexpr std::string_view words[] = {"", "na", "n/a", "nan", "null", "none", "-", "--", ".", "-9999"};
   return std::find(std::begin(words), std::end(words), lower_case(cell)) != std::end(words);
+}
+
+// Numbers that stand for an unknown length: a coordinate may well be -99.
+bool says_unknown_length(std::string_view cell) {
+  return says_unknown(cell) || cell == "-999" || cell == "-99";
 }
 
 // The coordinate in a cell; nothing where it is not known.
@@ -40,7 +40,7 @@ std::optional<double> coordinate(const table_reader& table, std::size_t column, 
 
 double length_if_known(const table_reader& table, std::size_t column, std::string_view name) {
   const std::string_view cell = table.cells()[column];
-  if (says_unknown(cell)) return std::numeric_limits<double>::quiet_NaN();
+  if (says_unknown_length(cell)) return std::numeric_limits<double>::quiet_NaN();
   const auto value = table.number(column);
   if (!value || std::isinf(*value) || *value < 0)
     table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <utility>
 
 namespace globalmatch::support {
@@ -39,14 +38,6 @@ std::size_t count_numbers(std::string_view line) {
   return most;
 }
 
-std::string quoted(std::string_view line) {
-  constexpr std::size_t enough = 100;
-  std::string text(line.substr(0, enough));
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c >= 0 && c < ' '; }, ' ');
-  return "'" + text + (line.size() > enough ? "...'" : "'");
-}
-
 std::string_view remedy_of(table_of kind) {
   return kind == table_of::stems ? "Name the columns above the rows, e.g.: x,y,z,radius"
                                  : "A text scan has a point a line, x y z first or named by a header; other "
@@ -57,11 +48,12 @@ std::string_view remedy_of(table_of kind) {
 }  // namespace
 
 table_reader::table_reader(input_file& file, table_of kind) : file_(file), kind_(kind) {
-  while (ahead_.size() < looked_at)
-    if (const auto line = file.read_line())
-      ahead_.push_back({std::string(*line), file.line_number()});
-    else
-      break;
+  for (std::size_t rows = 0; rows < looked_at;) {
+    const auto line = file.read_line();
+    if (!line) break;
+    ahead_.push_back({std::string(*line), file.line_number()});
+    rows += !is_no_row(*line);
+  }
   read_header();
   find_format();
   if (kind_ == table_of::points) needed_cells_ = std::max({*columns_.x, *columns_.y, *columns_.z}) + 1;
@@ -274,8 +266,11 @@ bool table_reader::next() {
     } else {
       return false;
     }
-    if (is_count(line)) announced_ = announced_.value_or(0) + *to_count(trim(line));  // a block of a PTS file
-    if (is_no_row(line)) continue;
+    if (is_blank(line) || comment_of(trim(line))) continue;
+    if (is_count(line)) {  // a block of a PTS file
+      announced_ = announced_.value_or(0) + *to_count(trim(line));
+      continue;
+    }
     cut(line, separator_, row_names_, cells_, needed_cells_);
     if (kind_ == table_of::points || !has_header()) return true;
     while (cells_.size() > names_.size() && (is_open_ended_ || cells_.back().empty())) cells_.pop_back();

@@ -61,6 +61,14 @@ std::string_view trim(std::string_view text) {
   return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
+std::string quoted(std::string_view text) {
+  constexpr std::size_t enough = 100;
+  std::string start(text.substr(0, enough));
+  for (char& c : start)
+    if (c >= 0 && c < ' ') c = ' ';
+  return "'" + start + (text.size() > enough ? "...'" : "'");
+}
+
 std::string lower_case(std::string_view text) {
   std::string small(text);
   for (char& c : small)

@@ -18,6 +18,9 @@ namespace globalmatch::support {
 /// The text without blanks, tabs and line ends around it.
 std::string_view trim(std::string_view text);
 
+/// The start of a text in quotes, for messages: control characters are blanks.
+std::string quoted(std::string_view text);
+
 /// ASCII letters made small: how column names are compared.
 std::string lower_case(std::string_view text);
 

@@ -126,6 +126,14 @@ TEST_CASE("rows without a position are left out, and said to be") {
   require_error(directory.file("none.csv", "x,y\nNA,NA\n"), read_stems, "no row with x and y", "coordinates");
 }
 
+TEST_CASE("-99 and -999 are coordinates, and no radii") {
+  const stem_table table = read_text("x,y,z,radius\n-99,-999,-99,-99\n1,2,3,-999\n");
+  REQUIRE(table.stems.size() == 2);
+  require_stem(table.stems[0], -99, -999, -99);
+  CHECK(table.notes.empty());
+  for (const stem_record& stem : table.stems) CHECK(std::isnan(stem.radius));
+}
+
 TEST_CASE("where a height is missing none is used, and that is said") {
   for (const char* missing : {"", "NA", "-9999", "null", "-", "nan"}) {
     const stem_table table = read_text(std::string("x,y,z\n1,2,3\n4,5,") + missing + "\n");

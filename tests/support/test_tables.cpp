@@ -103,6 +103,12 @@ TEST_CASE("comments, titles, counts, separators and empty rows around a table ar
   require_scan("note\tx\ty\tz\n\t1.5\t-2\t3\ndead wood\t4\t5.25\t-6\n");
 }
 
+TEST_CASE("rows below more comments than are looked at are read as others are") {
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += "# line " + std::to_string(i) + "\n";
+  require_scan(text + "y;x;z\n-2;1,5;3\n5,25;4;-6\n");
+}
+
 TEST_CASE("UTF-16 and line ends of the old Macintosh are read") {
   require_scan(in_utf16("x y z\r\n1.5 -2 3\r\n4 5.25 -6\r\n", false));
   require_scan(in_utf16("1.5 -2 3\n4 5.25 -6\n", true));
