@@ -25,6 +25,7 @@ inline void print_calibration(std::vector<prediction> sorted) {
   std::cout << "\n| pairs | mean probability | share that is right |\n|---|---|---|\n";
   for (std::size_t b = 0; b < bins; ++b) {
     const std::size_t begin = b * sorted.size() / bins, end = (b + 1) * sorted.size() / bins;
+    if (begin == end) continue;  // there are fewer predictions than bins
     double said = 0, was = 0;
     for (std::size_t i = begin; i < end; ++i) {
       const double p = sorted[i].probability, y = sorted[i].is_right;

@@ -91,6 +91,12 @@ inline window_pair cut_pair(const positions& map, std::size_t trees, const view_
   return pair;
 }
 
+/// Whether the stems end, on average, less than 0.3 m, or three standard deviations of the noise, from their
+/// true places.
+inline bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, double noise) {
+  return mean_error(transform, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
+}
+
 /// Two maps with nothing in common.
 struct unrelated {
   positions source, target;

@@ -16,8 +16,6 @@
 #include <iterator>
 #include <limits>
 #include <map>
-#include <numbers>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -26,12 +24,6 @@ using namespace globalmatch::detail;
 using namespace globalmatch::benchmarks;
 
 namespace {
-
-/// Whether the stems end, on average, less than 0.3 m, or three standard deviations of the noise, from their
-/// true places.
-bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, double noise) {
-  return mean_error(transform, maps.target_from_source, maps.source) < std::max(0.3, 3 * noise);
-}
 
 /// Outcomes of pairs that share as many stems.
 struct tally {

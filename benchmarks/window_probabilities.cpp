@@ -29,10 +29,8 @@ struct success {
   std::size_t pairs = 0, best_right = 0, registered = 0, wrong = 0;
 };
 
-bool is_right(const matching& result, const two_maps& maps, double noise) {
-  return !result.hypotheses.empty() &&
-         mean_error(result.hypotheses.front().target_from_source, maps.target_from_source, maps.source) <
-             std::max(0.3, 3 * noise);
+bool is_best_right(const matching& result, const two_maps& maps, double noise) {
+  return !result.hypotheses.empty() && is_right(result.hypotheses.front().target_from_source, maps, noise);
 }
 
 /// What a best hypothesis was.
@@ -100,12 +98,12 @@ int main(int argc, char** argv) {
         outcomes.push_back({m.hypotheses.front().log10_nfa, right});
     };
     success enough_common;
-    double largest_of_unrelated = 0;
+    double max_of_unrelated = 0;
     for (std::size_t i = 0; i < pairs; ++i) {
       const double noise = any_of<double>({0.02, 0.05, 0.1}, random);
       const window_pair related = windows.overlapping(noise, random);
       const matching found = match_stems(related.maps.source, related.maps.target);
-      const bool right = is_right(found, related.maps, noise);
+      const bool right = is_best_right(found, related.maps, noise);
       observe(found, right);
       write_line(csv.stream(), related.common, noise, found, right);
       if (related.common >= min_common) {
@@ -118,12 +116,12 @@ int main(int argc, char** argv) {
       const matching nothing = match_stems(other.source, other.target);
       observe(nothing, false);
       write_line(csv.stream(), 0, noise, nothing, false);
-      largest_of_unrelated = std::max(largest_of_unrelated, nothing.probability);
+      max_of_unrelated = std::max(max_of_unrelated, nothing.probability);
     }
     csv.commit();
     print_calibration(std::move(said));
     std::cout << "\nconstant, coefficient of log10 NFA: " << fit_logistic(outcomes).transpose() << "\n";
-    std::cout << "\nlargest probability of unrelated maps " << largest_of_unrelated << "\nwith " << min_common
+    std::cout << "\nlargest probability of unrelated maps " << max_of_unrelated << "\nwith " << min_common
               << " common stems or more: " << enough_common.pairs << ", best hypothesis right "
               << enough_common.best_right << ", registered " << enough_common.registered << ", wrongly "
               << enough_common.wrong << "\n";

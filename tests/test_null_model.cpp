@@ -27,6 +27,14 @@ namespace {
 
 using scenes::four;
 
+/// The hypothesis that both maps have one frame, at a threshold.
+local_hypothesis scored_as_is(const null_model& null, double inlier_threshold) {
+  local_hypothesis h;
+  h.inlier_threshold = inlier_threshold;
+  null.score(h, null.residuals_under({}, inlier_threshold));
+  return h;
+}
+
 }  // namespace
 
 TEST_CASE("the inlier probability is that of the target, or of rows that are known besides") {
@@ -234,11 +242,9 @@ TEST_CASE("a dense clump on the stems of a sparse map is near several of them, a
   REQUIRE(dense.size() >= 16);
   const matching_context maps(dense, sparse, true, four);
   null_model null(maps, std::vector<double>{0.9});
-  local_hypothesis one_way, both_ways;
-  one_way.inlier_threshold = both_ways.inlier_threshold = 0.9;
-  null.score(one_way, null.residuals_under({}, 0.9));
+  const local_hypothesis one_way = scored_as_is(null, 0.9);
   null.include_reversed();
-  null.score(both_ways, null.residuals_under({}, 0.9));
+  const local_hypothesis both_ways = scored_as_is(null, 0.9);
   CHECK(one_way.log10_nfa < -6);
   CHECK(both_ways.log10_nfa > -1);
   CHECK(both_ways.log10_nfa_poisson > -1);
@@ -262,10 +268,7 @@ TEST_CASE("clumps far apart are as little evidence, however the maps are turned"
     const matching_context maps(dense, sparse, true, four);
     null_model null(maps, std::vector<double>{0.9});
     null.include_reversed();
-    local_hypothesis h;
-    h.inlier_threshold = 0.9;
-    null.score(h, null.residuals_under({}, 0.9));
-    CHECK(h.log10_nfa > -1);
+    CHECK(scored_as_is(null, 0.9).log10_nfa > -1);
   }
 }
 
@@ -303,11 +306,9 @@ TEST_CASE("maps as dense as each other are scored one way, and a clump that is t
   const auto scores = [&](const position_set& source, const position_set& map) {
     const matching_context maps(source, map, true, four);
     null_model null(maps, std::vector<double>{0.1});
-    local_hypothesis before, after;
-    before.inlier_threshold = after.inlier_threshold = 0.1;
-    null.score(before, null.residuals_under({}, 0.1));
+    const local_hypothesis before = scored_as_is(null, 0.1);
     null.include_reversed();
-    null.score(after, null.residuals_under({}, 0.1));
+    const local_hypothesis after = scored_as_is(null, 0.1);
     return std::pair(before.log10_nfa, after.log10_nfa);
   };
   const auto [alike_before, alike_after] = scores(alike, target);
