@@ -47,3 +47,6 @@ if sys.argv[1] == '-v':
 print(f'{len(names)} names in namespace globalmatch; at most {limit}')
 sys.exit(len(names) > limit)
 P
+
+# Run alone by its name, as ctest does, such a test case is taken for an option or for an exclusion.
+if grep -rnE 'TEST_CASE\("[-~]' tests; then exit 1; fi

@@ -126,7 +126,7 @@ TEST_CASE("rows without a position are left out, and said to be") {
   require_error(directory.file("none.csv", "x,y\nNA,NA\n"), read_stems, "no row with x and y", "coordinates");
 }
 
-TEST_CASE("-99 and -999 are coordinates, and no radii") {
+TEST_CASE("coordinates may be -99 and -999, which as radii are none") {
   const stem_table table = read_text("x,y,z,radius\n-99,-999,-99,-99\n1,2,3,-999\n");
   REQUIRE(table.stems.size() == 2);
   require_stem(table.stems[0], -99, -999, -99);
