@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cstring>
-#include <system_error>
+#include <string>
 #include <utility>
-
-#include "support/file_error.hpp"
 
 namespace globalmatch::support {
 
@@ -14,14 +12,7 @@ constexpr std::size_t block_size = 1 << 20;
 constexpr std::size_t longest_line = block_size;
 }  // namespace
 
-input_file::input_file(std::filesystem::path path) : path_(std::move(path)) {
-  namespace fs = std::filesystem;
-  std::error_code ignored;
-  if (!fs::exists(path_, ignored)) fail("does not exist", "Check the spelling and the current directory");
-  if (!fs::is_regular_file(path_, ignored)) fail("is not a regular file", "Name a file on disk");
-  stream_.open(path_, std::ios::binary);
-  if (!stream_) fail("cannot be opened for reading", "Check the permissions of the file");
-  unread_ = fs::file_size(path_);
+input_file::input_file(std::filesystem::path path) : file_(std::move(path)), unread_(file_.size()) {
   buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(block_size, unread_)));
   if (peek(3) == "\xEF\xBB\xBF") skip(3);
   if (peek(2) == "\xFF\xFE" || peek(2) == "\xFE\xFF") decode_utf16(peek(1) == "\xFE");
@@ -74,7 +65,6 @@ void input_file::skip(std::uint64_t count) {
   const std::uint64_t from_buffer = std::min<std::uint64_t>(count, buffered());
   begin_ += static_cast<std::size_t>(from_buffer);
   unread_ -= count - from_buffer;
-  if (count > from_buffer) stream_.seekg(static_cast<std::streamoff>(count - from_buffer), std::ios::cur);
 }
 
 std::optional<std::string_view> input_file::read_line() {
@@ -100,14 +90,13 @@ void input_file::fetch(std::size_t count) {
   begin_ = 0;
   if (count > buffer_.size()) buffer_.resize(count);
   const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(buffer_.size() - end_, unread_));
-  stream_.read(buffer_.data() + end_, static_cast<std::streamsize>(wanted));
-  if (static_cast<std::size_t>(stream_.gcount()) != wanted) fail_truncated();
+  file_.read(file_.size() - unread_, {buffer_.data() + end_, wanted});
   end_ += wanted;
   unread_ -= wanted;
 }
 
 void input_file::fail(std::string_view problem, std::string_view remedy) const {
-  throw file_error(path_, problem, remedy);
+  file_.fail(problem, remedy);
 }
 
 void input_file::fail_at_line(std::string_view problem, std::string_view remedy) const {
@@ -115,8 +104,7 @@ void input_file::fail_at_line(std::string_view problem, std::string_view remedy)
 }
 
 void input_file::fail_truncated() const {
-  fail("ends before all the data that its header announces",
-       "It is probably truncated: copy or export it again");
+  file_.fail_truncated();
 }
 
 }  // namespace globalmatch::support

@@ -4,11 +4,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "support/file_bytes.hpp"
 
 namespace globalmatch::support {
 
@@ -20,7 +21,9 @@ class input_file {
   /// mark is passed over; text in UTF-16, which starts with one, is made UTF-8.
   explicit input_file(std::filesystem::path path);
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return file_.path(); }
+  /// [bytes] of the cursor from the start of the file; not of text that was made UTF-8.
+  std::uint64_t offset() const { return file_.size() - remaining(); }
   /// Bytes from the cursor to the end of the file.
   std::uint64_t remaining() const { return buffered() + unread_; }
   /// Lines handed out so far: the number of the current line, counted from 1.
@@ -57,9 +60,8 @@ class input_file {
   void decode_utf16(bool big_endian);
   char line_end_of_first();
 
-  std::filesystem::path path_;
-  std::ifstream stream_;
-  std::uint64_t unread_ = 0;  ///< bytes of the file that have not come into the buffer yet
+  file_bytes file_;
+  std::uint64_t unread_ = 0;  ///< bytes at the end of the file that have not come into the buffer yet
   std::vector<char> buffer_;
   std::size_t begin_ = 0;  ///< the cursor in the buffer
   std::size_t end_ = 0;

@@ -1,0 +1,42 @@
+// Internal to the readers: a file read at any place, by several threads at once.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string_view>
+
+namespace globalmatch::support {
+
+/// A regular file of known size. It is read, not mapped: a file that is cut off meanwhile is an error like
+/// any other, and no signal.
+class file_bytes {
+ public:
+  /// Throws `file_error` when there is no regular file at `path` or it cannot be opened.
+  explicit file_bytes(std::filesystem::path path);
+  ~file_bytes();
+  file_bytes(file_bytes&&) noexcept;
+  file_bytes& operator=(file_bytes&&) noexcept;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::uint64_t size() const { return size_; }
+
+  /// Fills `bytes` with what starts at `offset`. Throws `file_error` when the file ends before. May be called
+  /// by several threads at once.
+  void read(std::uint64_t offset, std::span<char> bytes) const;
+
+  /// Throws `file_error` for the file as a whole.
+  [[noreturn]] void fail(std::string_view problem, std::string_view remedy) const;
+  /// Throws `file_error` for a file that holds less than its header says.
+  [[noreturn]] void fail_truncated() const;
+
+ private:
+  struct handle;
+  std::filesystem::path path_;
+  std::uint64_t size_ = 0;
+  std::unique_ptr<handle> handle_;
+};
+
+}  // namespace globalmatch::support

@@ -1,0 +1,79 @@
+// What a reader of scans gives: points that are decoded when they are asked for.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace globalmatch::support {
+
+/// How many points a file marks as no good: LAS classes 7 and 18 (noise), and others with the withheld flag.
+struct marked_points {
+  std::size_t noise = 0;
+  std::size_t withheld = 0;
+};
+
+/// The points of a scan, in the order and the frame of its file. All functions may be called by several
+/// threads at once.
+class point_source {
+ public:
+  /// Points that are best read together, beginning at a multiple of it.
+  static constexpr std::size_t block_size = 1024;
+
+  virtual ~point_source() = default;
+  virtual std::size_t size() const = 0;
+
+  /// Decodes the points [first, first + points.size()). Points that are left out, because the file marks them
+  /// or they have no coordinates, are not-a-number. Throws `file_error` when the file is damaged there.
+  virtual void read(std::size_t first, std::span<Eigen::Vector3d> points) const = 0;
+
+  /// The points that the file marks, among those in whole blocks that were read so far.
+  virtual marked_points marked() const { return {}; }
+};
+
+/// Points that were decoded at once.
+class points_in_memory final : public point_source {
+ public:
+  explicit points_in_memory(std::vector<Eigen::Vector3d> points) : points_(std::move(points)) {}
+
+  std::size_t size() const override { return points_.size(); }
+  void read(std::size_t first, std::span<Eigen::Vector3d> points) const override {
+    const auto at = points_.begin() + static_cast<std::ptrdiff_t>(first);
+    std::copy(at, at + static_cast<std::ptrdiff_t>(points.size()), points.begin());
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> points_;
+};
+
+/// How to read a scan.
+struct scan_options {
+  bool keep_marked = false;  ///< points that the file marks as noise or withheld are kept, too
+  int threads = 0;           ///< that decode compressed points; 0: all
+  std::uint64_t memory = std::uint64_t(4) << 30;  ///< [bytes] for decoded points; if they take more, they are
+                                                  ///< decoded in every pass
+};
+
+/// What a file says about its scan besides the points.
+struct scan_header {
+  std::string format;                     ///< with version, as "LAS 1.4, point format 6"
+  std::optional<Eigen::Isometry3d> pose;  ///< survey_from_file; reported, not applied
+  std::vector<std::string> attributes;    ///< of each point besides x, y and z, as the file names them
+};
+
+/// A scan as a reader opens it.
+struct opened_scan {
+  std::unique_ptr<point_source> points;
+  scan_header header;
+};
+
+}  // namespace globalmatch::support
