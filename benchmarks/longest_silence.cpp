@@ -87,7 +87,7 @@ int main(int argc, char** argv) {
       s.print(std::string("algorithm_1, ") + layout + ", 1000");
     }
     for (const auto& file : scans) {
-      const auto scan = support::read_scan(file);
+      const support::scan_file scan = support::open_scan(file);
       silence s;
       const stem_map map = map_stems(scan, {}, up, s.listen(threads));
       s.print("map_stems, " + std::to_string(scan.size()) + " points");

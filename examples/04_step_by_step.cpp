@@ -15,8 +15,8 @@ int main(int argc, char** argv) {
   }
 
   // Section 3.1: the stems of each scan.
-  const stem_map source_map = map_stems(support::read_scan(argv[1]));
-  const stem_map target_map = map_stems(support::read_scan(argv[2]));
+  const stem_map source_map = map_stems(support::open_scan(argv[1]));
+  const stem_map target_map = map_stems(support::open_scan(argv[2]));
   const position_set source = import_positions(source_map.stems, source_map.up, "source");
   const position_set target = import_positions(target_map.stems, target_map.up, "target");
   std::cout << source.size() << " and " << target.size() << " stems\n";

@@ -117,8 +117,8 @@ TEST_CASE("register_scans registers the real clouds, 10 cm coarse and 3 cm fine"
   for (const std::string pair : {"pine_plot_interleaved", "pine_plot_virtualscans",
                                  "dense_conifers_interleaved", "dense_conifers_virtualscans"}) {
     INFO(pair);
-    const auto source = support::read_scan(folder / (pair + "_src.ply"));
-    const auto target = support::read_scan(folder / (pair + "_tgt.ply"));
+    const auto source = support::open_scan(folder / (pair + "_src.ply"));
+    const auto target = support::open_scan(folder / (pair + "_tgt.ply"));
     const auto truth = support::read_transform(folder / (pair + "_gt.txt"));
     const auto result = register_scans(source, target);
     INFO(result.registration.reason);

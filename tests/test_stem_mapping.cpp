@@ -434,7 +434,7 @@ void check_real_pair(const std::string& plot_name, const std::string& pair, std:
   const Eigen::Isometry3d target_from_source = support::read_transform(clouds() / (prefix + "_gt.txt"));
   for (const bool is_source : {true, false}) {
     CAPTURE(prefix, is_source);
-    const auto scan = support::read_scan(clouds() / (prefix + (is_source ? "_src.ply" : "_tgt.ply")));
+    const auto scan = support::open_scan(clouds() / (prefix + (is_source ? "_src.ply" : "_tgt.ply")));
     const stem_map map = map_stems(scan);
     std::vector<Vector3d> finds;
     for (const stem& s : map.stems) {

@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     const Eigen::Isometry3d truth = truth_file.empty() ? support::read_transform(target_pose).inverse() *
                                                              support::read_transform(source_pose)
                                                        : support::read_transform(truth_file);
-    const auto scan = support::read_scan(scan_file);
+    const auto scan = support::open_scan(scan_file);
     if (scan.empty())
       throw std::invalid_argument(scan_file.string() + ": holds no points to measure e_p with");
     const registration_error error = evaluate_registration(estimate, truth, scan);

@@ -41,17 +41,16 @@ void write_stem_map(const std::filesystem::path& path, const stem_map& map) {
 
 int main(int argc, char** argv) {
   CLI::App app("Finds the tree stems in a scan: positions on the ground, radii, axes.", "map_stems");
-  std::filesystem::path scan_file, out;
+  std::filesystem::path scan_path, out;
   support::shared_options options;
-  app.add_option("SCAN", scan_file, "PLY, PCD, LAS or text file of points")->required();
+  app.add_option("SCAN", scan_path, "PLY, PCD, LAS or text file of points")->required();
   app.add_option("--out", out, "stem map to write (CSV)")->required()->type_name("FILE");
   options.add_mapping_to(app);
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
-    support::marked_points marked{.keep = options.keep_noise};
-    const auto scan = support::read_marked_scan(scan_file, marked);
+    const support::scan_file scan = support::open_scan(scan_path, options.for_reading());
     support::stage_clock clock;
     const stem_map map =
         map_stems(scan, options.for_mapping(), options.up_direction(), clock.listen(options.threads));
@@ -62,11 +61,11 @@ int main(int argc, char** argv) {
     auto report = support::describe(map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
-    const auto warnings = support::warnings_of(map, marked);
+    const auto warnings = support::warnings_of(map, scan, options.keep_noise);
     report["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
-    support::print(warnings, scan_file);
-    support::warn_if_tilted(map, scan_file);
+    support::print(warnings, scan_path);
+    support::warn_if_tilted(map, scan_path);
     std::cout << map.stems.size() << " stems in " << scan.size() << " points\n";
     return support::done;
   });

@@ -92,7 +92,7 @@ int main(int argc, char** argv) {
     std::vector<stem_map> maps;
     nlohmann::ordered_json scan_reports = nlohmann::ordered_json::array();
     for (const fs::path& file : scan_files) {
-      const auto scan = support::read_scan(file);
+      const support::scan_file scan = support::open_scan(file, options.for_reading());
       maps.push_back(
           timed([&] { return map_stems(scan, library_options.mapping, options.up_direction(), exec); }));
       scan_reports.push_back(support::describe(maps.back()));

@@ -15,11 +15,14 @@ namespace {
 constexpr support::rgb source_colour = {213, 94, 0}, target_colour = {0, 114, 178};
 
 /// Both scans in the frame of the target, one colour each.
-void write_merged(const std::filesystem::path& path, const std::vector<Eigen::Vector3d>& source,
-                  const std::vector<Eigen::Vector3d>& target, const Eigen::Isometry3d& target_from_source) {
-  std::vector<Eigen::Vector3d> points = target;
-  std::vector<support::rgb> colours(target.size(), target_colour);
-  for (const Eigen::Vector3d& p : source) points.push_back(target_from_source * p);
+void write_merged(const std::filesystem::path& path, const support::scan_file& source,
+                  const support::scan_file& target, const Eigen::Isometry3d& target_from_source) {
+  std::vector<Eigen::Vector3d> points;
+  for (const Eigen::Vector3d& p : target)
+    if (p.allFinite()) points.push_back(p);
+  std::vector<support::rgb> colours(points.size(), target_colour);
+  for (const Eigen::Vector3d& p : source)
+    if (p.allFinite()) points.push_back(target_from_source * p);
   colours.resize(points.size(), source_colour);
   support::write_ply(path, points, colours);
 }
@@ -44,9 +47,8 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
-    support::marked_points source_marks{.keep = options.keep_noise}, target_marks = source_marks;
-    const auto source = support::read_marked_scan(source_file, source_marks);
-    const auto target = support::read_marked_scan(target_file, target_marks);
+    const support::scan_file source = support::open_scan(source_file, options.for_reading());
+    const support::scan_file target = support::open_scan(target_file, options.for_reading());
     support::stage_clock clock;
     const auto [source_map, target_map, result] =
         register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},
@@ -65,10 +67,10 @@ int main(int argc, char** argv) {
     report["target"] = support::describe(target_map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
-    auto warnings = support::warnings_of(source_map, source_marks);
+    auto warnings = support::warnings_of(source_map, source, options.keep_noise);
     support::print(warnings, source_file);
     report["source"]["warnings"] = support::describe(warnings);
-    warnings = support::warnings_of(target_map, target_marks);
+    warnings = support::warnings_of(target_map, target, options.keep_noise);
     support::print(warnings, target_file);
     report["target"]["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);

@@ -32,6 +32,12 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
   app.add_flag("--keep-noise", keep_noise, "read LAS points that are marked as noise or withheld, too");
+  app.add_option("--memory", memory,
+                 "points of a compressed scan are kept in memory if they take no more than this; others are "
+                 "decoded whenever they are needed")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("GB")
+      ->capture_default_str();
   app.add_flag("--normalized", normalized, "heights are above the ground already, which may be missing");
 }
 
@@ -88,6 +94,12 @@ void shared_options::add_threads_to(CLI::App& app) {
 void shared_options::add_execution_to(CLI::App& app) {
   add_threads_to(app);
   app.add_option("--json", json, "write counts, times and the result to this file")->type_name("FILE");
+}
+
+scan_options shared_options::for_reading() const {
+  return {.keep_marked = keep_noise,
+          .threads = threads,
+          .memory = static_cast<std::uint64_t>(memory * double(std::uint64_t(1) << 30))};
 }
 
 mapping_options shared_options::for_mapping() const {

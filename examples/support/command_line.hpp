@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "support/point_source.hpp"
+
 namespace globalmatch {
 struct matching_options;
 struct icp_options;
@@ -32,6 +34,7 @@ struct shared_options {
   bool no_verticality = false;
   bool normalized = false;
   bool keep_noise = false;
+  double memory = 4;  ///< [GB]
   std::string vertical = "auto";
   std::string dof = "auto";
   std::optional<double> tolerance;
@@ -53,6 +56,7 @@ struct shared_options {
   void add_execution_to(CLI::App& app);  ///< --threads --json
 
   Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }
+  scan_options for_reading() const;
   mapping_options for_mapping() const;
   matching_options for_matching() const;
   icp_options for_icp() const;

@@ -115,7 +115,7 @@ point_marks marks_of(const char* record, unsigned format) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked) {
+opened_scan open_las(input_file& file, const scan_options& options) {
   const las_header header = parse_header(file);
   require_sane(file, header);
   file.skip(header.size);
@@ -128,15 +128,13 @@ std::vector<Eigen::Vector3d> read_las(input_file& file, marked_points& marked) {
   for (std::uint64_t i = 0; i < count; ++i) {
     const char* record = file.read(header.record_size);
     const point_marks marks = marks_of(record, header.format);
-    marked.noise += marks.noise;
-    marked.withheld += marks.withheld && !marks.noise;
-    if (!marked.keep && (marks.noise || marks.withheld)) continue;
+    if (!options.keep_marked && (marks.noise || marks.withheld)) continue;
     Eigen::Vector3d& p = points.emplace_back();
     for (int axis = 0; axis < 3; ++axis)
       p[axis] = load<std::int32_t>(record + 4 * axis, std::endian::little) * header.scale[axis] +
                 header.offset[axis];
   }
-  return points;
+  return {std::make_unique<points_in_memory>(std::move(points))};
 }
 
 }  // namespace globalmatch::support

@@ -3,11 +3,14 @@
 #include <array>
 #include <bit>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "support/lzf.hpp"
+#include "support/point_records.hpp"
 #include "support/scalars.hpp"
 #include "support/scan_formats.hpp"
 #include "support/text_fields.hpp"
@@ -125,7 +128,7 @@ std::size_t point_count(const input_file& file, const pcd_header& header, std::u
   return *header.width * height;
 }
 
-std::vector<Eigen::Vector3d> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count) {
+std::unique_ptr<point_source> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count) {
   std::vector<Eigen::Vector3d> points;
   points.reserve(count);
   char separator = ' ';
@@ -136,18 +139,15 @@ std::vector<Eigen::Vector3d> read_ascii(input_file& file, const pcd_layout& layo
     if (points.empty()) separator = separator_of(*line);
     points.push_back(read_columns(file, *line, separator, layout.columns));
   }
-  return points;
+  return std::make_unique<points_in_memory>(std::move(points));
 }
 
-std::vector<Eigen::Vector3d> read_binary(input_file& file, const pcd_layout& layout, std::size_t count) {
-  std::vector<Eigen::Vector3d> points(count);
-  for (Eigen::Vector3d& p : points) {
-    const char* record = file.read(layout.record_size);
-    for (std::size_t axis = 0; axis < 3; ++axis)
-      p[static_cast<Eigen::Index>(axis)] =
-          load(layout.types[axis], record + layout.offsets[axis], std::endian::little);
-  }
-  return points;
+std::unique_ptr<point_source> open_binary(const input_file& file, const pcd_header& header,
+                                          const pcd_layout& layout) {
+  const std::size_t count = point_count(file, header, file.remaining() / layout.record_size);
+  return std::make_unique<point_records>(
+      file_bytes(file.path()),
+      record_layout{file.offset(), count, layout.record_size, layout.offsets, layout.types});
 }
 
 std::vector<char> unpack(input_file& file) {
@@ -161,8 +161,8 @@ std::vector<char> unpack(input_file& file) {
   return *bytes;
 }
 
-std::vector<Eigen::Vector3d> read_compressed(input_file& file, const pcd_header& header,
-                                             const pcd_layout& layout) {
+std::unique_ptr<point_source> read_compressed(input_file& file, const pcd_header& header,
+                                              const pcd_layout& layout) {
   const std::vector<char> bytes = unpack(file);
   const std::size_t count = point_count(file, header, bytes.size() / layout.record_size);
   std::vector<Eigen::Vector3d> points(count);
@@ -172,21 +172,28 @@ std::vector<Eigen::Vector3d> read_compressed(input_file& file, const pcd_header&
       points[i][static_cast<Eigen::Index>(axis)] =
           load(layout.types[axis], column + i * layout.strides[axis], std::endian::little);
   }
-  return points;
+  return std::make_unique<points_in_memory>(std::move(points));
 }
 
-}  // namespace
-
-std::vector<Eigen::Vector3d> read_pcd(input_file& file) {
-  const pcd_header header = parse_header(file);
-  const pcd_layout layout = layout_of(file, header);
+std::unique_ptr<point_source> open_points(input_file& file, const pcd_header& header,
+                                          const pcd_layout& layout) {
   if (header.data == "binary_compressed") return read_compressed(file, header, layout);
-  if (header.data == "binary")
-    return read_binary(file, layout, point_count(file, header, file.remaining() / layout.record_size));
+  if (header.data == "binary") return open_binary(file, header, layout);
   if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_again);
   // A line holds at least a digit and a blank for each column; the last one may lack its end.
   const std::uint64_t room = (file.remaining() + 1) / (2 * layout.record_columns);
   return read_ascii(file, layout, point_count(file, header, room));
+}
+
+}  // namespace
+
+opened_scan open_pcd(input_file& file) {
+  const pcd_header header = parse_header(file);
+  const pcd_layout layout = layout_of(file, header);
+  opened_scan scan{open_points(file, header, layout), {.format = "PCD, " + header.data}};
+  for (const std::string& field : header.fields)
+    if (field != "x" && field != "y" && field != "z" && field != "_") scan.header.attributes.push_back(field);
+  return scan;
 }
 
 }  // namespace globalmatch::support

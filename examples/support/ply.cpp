@@ -3,10 +3,12 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 
+#include "support/point_records.hpp"
 #include "support/scalars.hpp"
 #include "support/scan_formats.hpp"
 #include "support/text_fields.hpp"
@@ -196,23 +198,56 @@ void require_room(const input_file& file, const ply_element& element) {
   if (record > 0 && element.count > room / record) file.fail_truncated();
 }
 
+// Passes over the elements that come before the points, which it returns.
 template <class Values>
-std::vector<Eigen::Vector3d> read_elements(const input_file& file, Values values, const ply_header& header) {
-  std::vector<Eigen::Vector3d> points;
+const ply_element& find_points(const input_file& file, Values& values, const ply_header& header) {
   for (const ply_element& element : header.elements) {
     if (element.properties.empty()) continue;
     require_room<Values>(file, element);
-    if (holds_points(element)) {
-      points.reserve(element.count);
-      read_records(file, values, element, [&](const Eigen::Vector3d& p) { points.push_back(p); });
-      break;
-    }
+    if (holds_points(element)) return element;
     read_records(file, values, element, [](const Eigen::Vector3d&) {});
   }
-  return points;
+  return header.elements.back();  // not reached: there are points with properties
 }
 
-void require_positions(const input_file& file, const ply_header& header) {
+template <class Values>
+std::unique_ptr<point_source> read_points(const input_file& file, Values& values,
+                                          const ply_element& element) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(element.count);
+  read_records(file, values, element, [&](const Eigen::Vector3d& p) { points.push_back(p); });
+  return std::make_unique<points_in_memory>(std::move(points));
+}
+
+// Records with lists differ in length: they are read one after the other.
+std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& header, std::endian order) {
+  binary_values values(file, order);
+  const ply_element& element = find_points(file, values, header);
+  record_layout layout{.begin = file.offset(), .count = element.count, .order = order};
+  for (const ply_property& property : element.properties) {
+    if (property.count_type) return read_points(file, values, element);
+    if (const int axis = axis_of(property); axis >= 0) {
+      layout.offsets[std::size_t(axis)] = layout.size;
+      layout.types[std::size_t(axis)] = property.type;
+    }
+    layout.size += size_of(property.type);
+  }
+  return std::make_unique<point_records>(file_bytes(file.path()), layout);
+}
+
+std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header) {
+  ascii_values values(file);
+  return read_points(file, values, find_points(file, values, header));
+}
+
+std::unique_ptr<point_source> open_points(input_file& file, const ply_header& header) {
+  if (header.format == "ascii") return open_ascii(file, header);
+  if (header.format == "binary_little_endian") return open_binary(file, header, std::endian::little);
+  if (header.format == "binary_big_endian") return open_binary(file, header, std::endian::big);
+  file.fail("has the unknown PLY format '" + header.format + "'", export_again);
+}
+
+const ply_element& require_positions(const input_file& file, const ply_header& header) {
   const auto vertex = std::find_if(header.elements.begin(), header.elements.end(), holds_points);
   if (vertex == header.elements.end()) file.fail("has no element 'vertex'", export_again);
   std::array<int, 3> found = {};
@@ -222,19 +257,18 @@ void require_positions(const input_file& file, const ply_header& header) {
     if (found[axis] != 1)
       file.fail(std::string("has no single property '") + "xyz"[axis] + "' among those of its vertices",
                 export_again);
+  return *vertex;
 }
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_ply(input_file& file) {
+opened_scan open_ply(input_file& file) {
   const ply_header header = parse_header(file);
-  require_positions(file, header);
-  if (header.format == "ascii") return read_elements(file, ascii_values(file), header);
-  if (header.format == "binary_little_endian")
-    return read_elements(file, binary_values(file, std::endian::little), header);
-  if (header.format == "binary_big_endian")
-    return read_elements(file, binary_values(file, std::endian::big), header);
-  file.fail("has the unknown PLY format '" + header.format + "'", export_again);
+  const ply_element& vertex = require_positions(file, header);
+  opened_scan scan{open_points(file, header), {.format = "PLY, " + header.format}};
+  for (const ply_property& property : vertex.properties)
+    if (axis_of(property) < 0) scan.header.attributes.push_back(property.name);
+  return scan;
 }
 
 }  // namespace globalmatch::support

@@ -65,15 +65,15 @@ struct scan_options {
 
 /// What a file says about its scan besides the points.
 struct scan_header {
-  std::string format;                     ///< with version, as "LAS 1.4, point format 6"
-  std::optional<Eigen::Isometry3d> pose;  ///< survey_from_file; reported, not applied
-  std::vector<std::string> attributes;    ///< of each point besides x, y and z, as the file names them
+  std::string format = {};                     ///< with version, as "LAS 1.4, point format 6"
+  std::optional<Eigen::Isometry3d> pose = {};  ///< survey_from_file; reported, not applied
+  std::vector<std::string> attributes = {};    ///< of each point besides x, y and z, as the file names them
 };
 
 /// A scan as a reader opens it.
 struct opened_scan {
   std::unique_ptr<point_source> points;
-  scan_header header;
+  scan_header header = {};
 };
 
 }  // namespace globalmatch::support

@@ -1,8 +1,11 @@
 // The PTX format of Leica: the columns and rows of a scan, its pose in ten lines less two, and a point a
 // line, also for rays that returned nothing.
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "support/scan_formats.hpp"
 #include "support/text_fields.hpp"
@@ -42,7 +45,7 @@ bool looks_like_ptx(std::string_view start) {
   return true;
 }
 
-std::vector<Eigen::Vector3d> read_ptx(input_file& file) {
+opened_scan open_ptx(input_file& file) {
   const std::uint64_t columns = read_count(file), rows = read_count(file);
   for (std::size_t i = 2; i < header.size(); ++i) file.read_line();
   constexpr std::uint64_t shortest_line = 6;  // three digits, two blanks and an end, which the last may lack
@@ -58,7 +61,7 @@ std::vector<Eigen::Vector3d> read_ptx(input_file& file) {
     if (!trim(*line).empty())
       file.fail("holds several scans, or more points than it announces",
                 "Export each scan to a file of its own");
-  return points;
+  return {std::make_unique<points_in_memory>(std::move(points)), {.format = "PTX"}};
 }
 
 }  // namespace globalmatch::support

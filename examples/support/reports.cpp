@@ -198,13 +198,13 @@ double median_radius(const std::vector<stem>& stems) {
 
 }  // namespace
 
-std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked) {
+std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked) {
   std::vector<warning> warnings;
   const auto add = [&](const char* code, const std::string& text) { warnings.push_back({code, text}); };
-  if (marked.noise + marked.withheld > 0)
+  if (const marked_points marked = scan.marked(); marked.noise + marked.withheld > 0)
     add("marked_points", std::to_string(marked.noise) + " points are marked as noise and " +
                              std::to_string(marked.withheld) + " others as withheld; they were " +
-                             (marked.keep ? "kept" : "left out (--keep-noise reads them)"));
+                             (keeps_marked ? "kept" : "left out (--keep-noise reads them)"));
   if (map.funnel.ground.low_points > 0)
     add("low_noise", std::to_string(map.funnel.ground.low_points) + " points below the ground were left out");
   const bool has_points = map.funnel.ground.cells > 0;

@@ -11,23 +11,6 @@ namespace globalmatch::support {
 
 enum class scalar { int8, uint8, int16, uint16, int32, uint32, int64, uint64, float32, float64 };
 
-constexpr std::size_t size_of(scalar type) {
-  switch (type) {
-    case scalar::int8:
-    case scalar::uint8:
-      return 1;
-    case scalar::int16:
-    case scalar::uint16:
-      return 2;
-    case scalar::int32:
-    case scalar::uint32:
-    case scalar::float32:
-      return 4;
-    default:
-      return 8;
-  }
-}
-
 /// A number from unaligned bytes in the given byte order.
 template <class T>
 T load(const char* bytes, std::endian order) {
@@ -39,29 +22,39 @@ T load(const char* bytes, std::endian order) {
   return value;
 }
 
-inline double load(scalar type, const char* bytes, std::endian order) {
+/// Calls `use(T{})` for the type that `type` names, and returns what it returns.
+template <class Use>
+constexpr decltype(auto) visit_type(scalar type, const Use& use) {
   switch (type) {
     case scalar::int8:
-      return load<std::int8_t>(bytes, order);
+      return use(std::int8_t());
     case scalar::uint8:
-      return load<std::uint8_t>(bytes, order);
+      return use(std::uint8_t());
     case scalar::int16:
-      return load<std::int16_t>(bytes, order);
+      return use(std::int16_t());
     case scalar::uint16:
-      return load<std::uint16_t>(bytes, order);
+      return use(std::uint16_t());
     case scalar::int32:
-      return load<std::int32_t>(bytes, order);
+      return use(std::int32_t());
     case scalar::uint32:
-      return load<std::uint32_t>(bytes, order);
+      return use(std::uint32_t());
     case scalar::int64:
-      return static_cast<double>(load<std::int64_t>(bytes, order));
+      return use(std::int64_t());
     case scalar::uint64:
-      return static_cast<double>(load<std::uint64_t>(bytes, order));
+      return use(std::uint64_t());
     case scalar::float32:
-      return static_cast<double>(load<float>(bytes, order));
+      return use(float());
     default:
-      return load<double>(bytes, order);
+      return use(double());
   }
+}
+
+constexpr std::size_t size_of(scalar type) {
+  return visit_type(type, []<class T>(T) { return sizeof(T); });
+}
+
+inline double load(scalar type, const char* bytes, std::endian order) {
+  return visit_type(type, [&]<class T>(T) { return static_cast<double>(load<T>(bytes, order)); });
 }
 
 }  // namespace globalmatch::support

@@ -1,6 +1,7 @@
 #include "support/scan_files.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -46,26 +47,37 @@ bool looks_like_obj(std::string_view start) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_scan(const std::filesystem::path& path) {
-  marked_points marked;
-  return read_marked_scan(path, marked);
+point_iterator::value_type point_iterator::operator[](difference_type n) const {
+  Eigen::Vector3d p;
+  source_->read(i_ + static_cast<std::size_t>(n), {&p, 1});
+  return p;
 }
 
-std::vector<Eigen::Vector3d> read_marked_scan(const std::filesystem::path& path, marked_points& marked) {
+void point_iterator::read_block() const {
+  constexpr std::size_t block_size = point_source::block_size;
+  if (!block_) block_ = std::make_unique_for_overwrite<Eigen::Vector3d[]>(block_size);
+  count_ = 0;  // should reading throw
+  first_ = i_ - i_ % block_size;
+  const std::size_t count = std::min(block_size, source_->size() - first_);
+  source_->read(first_, {block_.get(), count});
+  count_ = count;
+}
+
+scan_file open_scan(const std::filesystem::path& path, const scan_options& options) {
   input_file file(path);
   const std::string_view start = file.peek(4096);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");
-  if (looks_like_ply(start)) return read_ply(file);
-  if (start.starts_with("LASF")) return read_las(file, marked);
+  if (looks_like_ply(start)) return scan_file(open_ply(file));
+  if (start.starts_with("LASF")) return scan_file(open_las(file, options));
   if (start.starts_with("ASTM-E57")) refuse_e57(file);
-  if (looks_like_pcd(start)) return read_pcd(file);
+  if (looks_like_pcd(start)) return scan_file(open_pcd(file));
   if (start.find('\0') != std::string_view::npos)
     file.fail("is in no format that this program knows", "Export the scan as PLY, PCD, LAS or text (x y z)");
   if (looks_like_obj(start))
     file.fail("is an OBJ file, which this program does not read",
               "Export its vertices as PLY or text (x y z)");
-  if (looks_like_ptx(start)) return read_ptx(file);
-  return read_text(file);
+  if (looks_like_ptx(start)) return scan_file(open_ptx(file));
+  return scan_file(open_text(file));
 }
 
 }  // namespace globalmatch::support

@@ -1,6 +1,9 @@
 // Text scans: one point a line, as XYZ, CSV, TXT and PTS files have them.
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "support/scan_formats.hpp"
 #include "support/table.hpp"
@@ -31,7 +34,7 @@ Eigen::Vector3d point_of(const table_reader& table) {
 
 }  // namespace
 
-std::vector<Eigen::Vector3d> read_text(input_file& file) {
+opened_scan open_text(input_file& file) {
   const std::uint64_t size = file.remaining();
   table_reader table(file, table_of::points);
   std::vector<Eigen::Vector3d> points;
@@ -50,7 +53,7 @@ std::vector<Eigen::Vector3d> read_text(input_file& file) {
     file.fail("announces " + std::to_string(*table.announced()) + " points but holds " +
                   std::to_string(points.size()),
               "It is probably truncated: copy or export it again");
-  return points;
+  return {std::make_unique<points_in_memory>(std::move(points)), {.format = "text"}};
 }
 
 }  // namespace globalmatch::support

@@ -75,8 +75,8 @@ void print_scenes() {
 void print_clouds(const std::filesystem::path& clouds) {
   for (const char* name :
        {"pine_plot_interleaved", "pine_plot_virtualscans", "dense_conifers_virtualscans"}) {
-    const auto source = support::read_scan(clouds / (std::string(name) + "_src.ply"));
-    const auto target = support::read_scan(clouds / (std::string(name) + "_tgt.ply"));
+    const auto source = support::open_scan(clouds / (std::string(name) + "_src.ply"));
+    const auto target = support::open_scan(clouds / (std::string(name) + "_tgt.ply"));
     print_scans(std::string("clouds/") + name, source, target);
     if (name != std::string("pine_plot_interleaved")) continue;
     print(std::string("clouds/") + name + "/published", [&](const execution& exec) {

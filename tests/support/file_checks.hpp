@@ -6,17 +6,25 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "catch.hpp"
 #include "support/file_error.hpp"
+#include "support/scan_files.hpp"
 #include "temporary_directory.hpp"
 
 namespace globalmatch::support {
 
 using points = std::vector<Eigen::Vector3d>;
+
+/// All points of a scan.
+inline constexpr auto read_scan = [](const std::filesystem::path& path, const scan_options& options = {}) {
+  const scan_file scan = open_scan(path, options);
+  return points(scan.begin(), scan.end());
+};
 
 /// Puts the bytes of a value behind the others, in the given byte order.
 template <class T>

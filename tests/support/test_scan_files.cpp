@@ -6,10 +6,15 @@
 #include <limits>
 #include <random>
 
+#include <globalmatch/stem_mapping.hpp>
+
 #include "catch.hpp"
 #include "file_checks.hpp"
+#include "forest_scenes.hpp"
 
 namespace globalmatch::support {
+
+static_assert(point_range<scan_file> && std::ranges::random_access_range<const scan_file>);
 
 TEST_CASE("what is no scan is refused with the formats that are") {
   const temporary_directory directory;
@@ -113,6 +118,54 @@ TEST_CASE("colours that are not one for each point are an invalid argument, and 
   const points two = {{1, 2, 3}, {4, 5, 6}};
   CHECK_THROWS_AS(write_ply(directory / "a.ply", two, std::vector<rgb>(3)), std::invalid_argument);
   CHECK(directory.count_files() == 0);
+}
+
+TEST_CASE("an open scan is passed forwards, backwards and in jumps, and copies of a place are of their own") {
+  const temporary_directory directory;
+  points written;
+  for (int i = 0; i < 5000; ++i) written.emplace_back(i, 2 * i, -i);
+  write_ply(directory / "a.ply", written);
+  const scan_file scan = open_scan(directory / "a.ply");
+  REQUIRE(scan.size() == written.size());
+
+  CHECK(points(scan.begin(), scan.end()) == written);
+  CHECK(points(std::reverse_iterator(scan.end()), std::reverse_iterator(scan.begin())) ==
+        points(written.rbegin(), written.rend()));
+  auto place = scan.begin();
+  for (const std::ptrdiff_t jump : {4999, -4000, 17, -1016, 3000}) {
+    const auto before = place;
+    const Eigen::Vector3d p = *before;
+    place += jump;
+    CHECK(*place == written[std::size_t(place - scan.begin())]);
+    CHECK(before[jump] == *place);
+    CHECK(*before == p);
+  }
+}
+
+TEST_CASE("stems of a scan in a file are those of its points in memory, with any number of threads") {
+  const temporary_directory directory;
+  const scenes::cloud cloud = scenes::small_plot().scan();
+  points scan;
+  for (const Eigen::Vector3f& p : cloud) scan.push_back(p.cast<double>());
+  write_ply(directory / "a.ply", scan);
+  const scan_file file = open_scan(directory / "a.ply");
+  const stem_map expected = map_stems(read_scan(directory / "a.ply"));
+  REQUIRE(!expected.stems.empty());
+  for (const int threads : {1, 4}) {
+    const stem_map map = map_stems(file, {}, {0, 0, 1}, {.threads = threads});
+    REQUIRE(map.stems.size() == expected.stems.size());
+    for (std::size_t i = 0; i < map.stems.size(); ++i)
+      CHECK(map.stems[i].position == expected.stems[i].position);
+  }
+}
+
+TEST_CASE("a scan that is cut off while it is mapped is an error") {
+  const temporary_directory directory;
+  write_ply(directory / "a.ply", points(100'000, Eigen::Vector3d(1, 2, 3)));
+  const scan_file scan = open_scan(directory / "a.ply");
+  std::filesystem::resize_file(directory / "a.ply", 500'000);
+  require_error(
+      directory / "a.ply", [&](const auto&) { map_stems(scan); }, "ends before", "again");
 }
 
 TEST_CASE("the real scans hold the points that their headers announce") {

@@ -1,0 +1,39 @@
+// Internal to the readers: points in binary records of one size, one behind the other.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+#include "support/file_bytes.hpp"
+#include "support/point_source.hpp"
+#include "support/scalars.hpp"
+
+namespace globalmatch::support {
+
+/// Where the records are in a file, and x, y and z in a record.
+struct record_layout {
+  std::uint64_t begin = 0;  ///< [bytes] of the first record from the start of the file
+  std::size_t count = 0;
+  std::size_t size = 0;                     ///< [bytes] of a record
+  std::array<std::size_t, 3> offsets = {};  ///< [bytes] in a record
+  std::array<scalar, 3> types = {};
+  std::endian order = std::endian::little;
+};
+
+/// Points that are read from the file whenever they are asked for.
+class point_records final : public point_source {
+ public:
+  /// Throws `file_error` when the file ends before the last record.
+  point_records(file_bytes file, const record_layout& layout);
+
+  std::size_t size() const override { return layout_.count; }
+  void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
+
+ private:
+  file_bytes file_;
+  record_layout layout_;
+};
+
+}  // namespace globalmatch::support
