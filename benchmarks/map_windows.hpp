@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <numbers>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -24,6 +25,34 @@ inline std::vector<positions> read_maps(const std::vector<std::filesystem::path>
     for (const auto& s : support::read_stems(file).stems) maps.back().push_back({s.x, s.y, s.z});
   }
   return maps;
+}
+
+/// A large map, or all others.
+struct map_group {
+  std::string name;
+  std::vector<positions> maps;
+
+  /// Trees of the largest one.
+  std::size_t max_trees() const {
+    std::size_t trees = 0;
+    for (const positions& map : maps) trees = std::max(trees, map.size());
+    return trees;
+  }
+};
+
+inline std::vector<map_group> read_groups(const std::vector<std::filesystem::path>& files) {
+  constexpr std::size_t large = 1000;
+  std::vector<map_group> groups;
+  map_group others{"others", {}};
+  for (const auto& file : files) {
+    std::vector<positions> map = read_maps({file});
+    if (map[0].size() < large)
+      others.maps.push_back(std::move(map[0]));
+    else
+      groups.push_back({file.stem().string(), std::move(map)});
+  }
+  if (!others.maps.empty()) groups.push_back(std::move(others));
+  return groups;
 }
 
 /// Trees of a map around a place, nearest first, and how far the last one is.
@@ -68,15 +97,19 @@ struct window_pair {
   std::size_t common = 0;  // stems in both
 };
 
-/// Two windows whose centers are 0.8 to 1.7 radii apart: circles at 0.8 share half of their area. None shows
-/// more than half of the map, or the other could not but show the same.
+/// How far the centers of two windows are apart, in radii: circles at 0.8 share half of their area.
+struct center_distance {
+  double min = 0.8, max = 1.7;
+};
+
+/// Two windows that overlap. None shows more than half of the map, or the other could not but show the same.
 inline window_pair cut_pair(const positions& map, std::size_t trees, const view_options& view,
-                            random_source& random) {
+                            random_source& random, const center_distance& apart = {}) {
   trees = std::min(trees, map.size() / 2);
   const Eigen::Vector3d& place = map[random.below(static_cast<std::uint32_t>(map.size()))];
   const window first = cut_window(map, place, trees);
   const double direction = uniform(random, 0, 2 * std::numbers::pi);
-  const double distance = first.radius * uniform(random, 0.8, 1.7);
+  const double distance = first.radius * uniform(random, apart.min, apart.max);
   const window second =
       cut_window(map, place + distance * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0), trees);
   window_pair pair;
