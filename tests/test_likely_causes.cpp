@@ -96,10 +96,40 @@ TEST_CASE("plots far from each other in one map are no other unit, and sparse tr
   positions plots = scenes::random_stems(random, 20, 30, 30);
   for (const Eigen::Vector3d& p : scenes::random_stems(random, 20, 30, 30))
     plots.push_back(p + Eigen::Vector3d(5000, 5000, 0));
-  CHECK(describe_wrong_unit(scenes::set_in_order(plots), "source").empty());
-  CHECK(spacing_of(scenes::set_in_order(plots)) < 10);
-  CHECK(unit_by_spacing(scenes::set_in_order(scenes::random_stems(random, 30, 400, 400))).empty());
-  CHECK(unit_by_spacing(scenes::set_in_order(times(1000, plots))) == "millimetres");
+  const position_set set = scenes::set_in_order(plots);
+  CHECK(describe_wrong_unit(set, set, "source").empty());
+  CHECK(spacing_of(set) < 10);
+  const position_set sparse = scenes::set_in_order(scenes::random_stems(random, 30, 400, 400));
+  CHECK(describe_wrong_unit(sparse, set, "source").empty());
+  CHECK_THAT(describe_wrong_unit(scenes::set_in_order(times(1000, plots)), set, "source"),
+             Contains("millimetres"));
+}
+
+TEST_CASE("centimetres and millimetres are known by the other map, if that is in metres") {
+  CHECK(unit_by_spacing(900) == "millimetres");
+  CHECK(unit_by_spacing(900, 9) == "centimetres");
+  CHECK(unit_by_spacing(9000, 9) == "millimetres");
+  CHECK(unit_by_spacing(300, 0.3) == "millimetres");
+  CHECK(unit_by_spacing(900, 9000) == "millimetres");
+  CHECK(unit_by_spacing(9, 900).empty());
+  CHECK(unit_by_spacing(1e-4, 9) == "degrees (of longitude and latitude)");
+}
+
+TEST_CASE("the mirror image of a planted stand is named, and neither half of one stand is taken for it") {
+  int named = 0, blamed = 0;
+  for (std::uint64_t seed = 0; seed < 10; ++seed) {
+    random_source random(seed);
+    const positions rows = scenes::jittered(scenes::lattice(9, 9, 3), 0.4, random);
+    const positions source(rows.begin(), rows.begin() + 60), seen(rows.begin() + 20, rows.end());
+    const positions target =
+        scenes::noisy(scenes::moved(scenes::random_levelled_transform(random), seen), 0.02, random);
+    const matching mirrored = match_stems(swapped(source), target);
+    CHECK(mirrored.outcome != outcome::registered);
+    named += mirrored.reason.find("swapped") != std::string::npos;
+    blamed += match_stems(source, target).reason.find("swapped") != std::string::npos;
+  }
+  CHECK(named >= 8);  // others are ambiguous
+  CHECK(blamed == 0);
 }
 
 TEST_CASE("a changed map explains what the maps do not only beyond doubt, and by twice the exponent") {

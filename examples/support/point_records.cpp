@@ -7,21 +7,25 @@ namespace globalmatch::support {
 
 namespace {
 
-template <class T>
-void decode_as(const char* at, std::size_t stride, std::endian order, Eigen::Index axis,
-               std::span<Eigen::Vector3d> points) {
-  if (order == std::endian::native)
-    for (Eigen::Vector3d& p : points)
-      p[axis] = static_cast<double>(load<T>(std::exchange(at, at + stride), std::endian::native));
-  else
-    for (Eigen::Vector3d& p : points)
-      p[axis] = static_cast<double>(load<T>(std::exchange(at, at + stride), order));
+// Coordinates of one type, as most files have them.
+template <class T, std::endian Order>
+void decode_as(const char* record, const record_layout& layout, std::span<Eigen::Vector3d> points) {
+  const std::array<std::size_t, 3> at = layout.offsets;
+  for (Eigen::Vector3d& p : points) {
+    p = {static_cast<double>(load<T>(record + at[0], Order)),
+         static_cast<double>(load<T>(record + at[1], Order)),
+         static_cast<double>(load<T>(record + at[2], Order))};
+    record += layout.size;
+  }
 }
 
-// One coordinate of all points. Its type is looked at once, not for each point.
-void decode(scalar type, const char* first, std::size_t stride, std::endian order, Eigen::Index axis,
-            std::span<Eigen::Vector3d> points) {
-  visit_type(type, [&]<class T>(T) { decode_as<T>(first, stride, order, axis, points); });
+void decode_each(const char* record, const record_layout& layout, std::span<Eigen::Vector3d> points) {
+  for (Eigen::Vector3d& p : points) {
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      p[static_cast<Eigen::Index>(axis)] =
+          load(layout.types[axis], record + layout.offsets[axis], layout.order);
+    record += layout.size;
+  }
 }
 
 }  // namespace
@@ -37,9 +41,13 @@ void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) c
   const std::size_t bytes = points.size() * layout_.size;
   const auto records = std::make_unique_for_overwrite<char[]>(bytes);
   file_.read(layout_.begin + std::uint64_t(first) * layout_.size, {records.get(), bytes});
-  for (std::size_t axis = 0; axis < 3; ++axis)
-    decode(layout_.types[axis], records.get() + layout_.offsets[axis], layout_.size, layout_.order,
-           static_cast<Eigen::Index>(axis), points);
+  if (layout_.types[1] == layout_.types[0] && layout_.types[2] == layout_.types[0])
+    visit_type(layout_.types[0], [&]<class T>(T) {
+      layout_.order == std::endian::little ? decode_as<T, std::endian::little>(records.get(), layout_, points)
+                                           : decode_as<T, std::endian::big>(records.get(), layout_, points);
+    });
+  else
+    decode_each(records.get(), layout_, points);
 }
 
 }  // namespace globalmatch::support

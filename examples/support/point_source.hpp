@@ -27,7 +27,7 @@ struct marked_points {
 class point_source {
  public:
   /// Points that are best read together, beginning at a multiple of it.
-  static constexpr std::size_t block_size = 1024;
+  static constexpr std::size_t block_size = 4096;
 
   virtual ~point_source() = default;
   virtual std::size_t size() const = 0;

@@ -79,21 +79,26 @@ inline double spacing_of(const position_set& stems) {
   return nearest.empty() ? 0 : median(nearest);
 }
 
-/// The unit that coordinates seem to have instead of metres, by how far apart stems stand; empty where that
-/// is plausible. Trees stand decimetres to decametres apart.
-inline std::string unit_by_spacing(const position_set& stems) {
-  constexpr double min_spacing = 0.02, min_centimetres = 60, min_millimetres = 600;  // [m]
-  const double spacing = spacing_of(stems);
-  if (spacing == 0 || stems.size() < 4) return {};
+/// The unit that coordinates seem to have instead of metres, by how far apart the stems of a map stand, and
+/// those of another one, which tells more where that seems to be in metres; empty where metres are plausible.
+/// Trees stand decimetres to decametres apart.
+inline std::string unit_by_spacing(double spacing, double other = 0) {
+  constexpr double min_spacing = 0.02, max_spacing = 60, min_millimetres = 600;  // [m]
+  constexpr double between_factors = 316;  // that of centimetres and that of millimetres
+  if (spacing == 0 || (spacing >= min_spacing && spacing <= max_spacing)) return {};
   if (spacing < min_spacing) return "degrees (of longitude and latitude)";
-  if (spacing > min_millimetres) return "millimetres";
-  return spacing > min_centimetres ? "centimetres" : "";
+  const bool other_tells = other >= min_spacing && other <= max_spacing;
+  return spacing > (other_tells ? between_factors * other : min_millimetres) ? "millimetres" : "centimetres";
 }
 
-inline std::string describe_wrong_unit(const position_set& stems, const char* name) {
-  const std::string unit = unit_by_spacing(stems);
+inline std::string describe_wrong_unit(const position_set& stems, const position_set& other,
+                                       const char* name) {
+  constexpr std::size_t min_stems = 4;
+  if (stems.size() < min_stems) return {};
+  const double spacing = spacing_of(stems);
+  const std::string unit = unit_by_spacing(spacing, other.size() < min_stems ? 0 : spacing_of(other));
   if (unit.empty()) return {};
-  return std::string(name) + ": the stems stand some " + std::to_string(spacing_of(stems)) +
+  return std::string(name) + ": the stems stand some " + std::to_string(spacing) +
          " apart: are the coordinates " + unit + "? They must be metres";
 }
 
@@ -119,7 +124,6 @@ inline std::string describe_likely_cause(const position_set& source, position_se
   const double ratio = spacing_of(target) / spacing_of(source);
   const position_set central = central_stems(source, max_queried);
   const prepared_stems prepared = prepare_stems(std::move(target), true, exec, 0, false);
-  if (prepared.background->has_lattice()) return {};  // which is its own mirror image
 
   position_set mirrored = central;
   for (vec3& p : mirrored.at) p.y = -p.y;
@@ -160,8 +164,8 @@ inline matching with_likely_cause(matching&& result, const position_set& source,
   if (!is_doubtful(result)) return std::move(result);
   std::string cause;
   if (result.outcome == outcome::not_registered) {
-    cause = describe_wrong_unit(source, "source");
-    if (cause.empty()) cause = describe_wrong_unit(target, "target");
+    cause = describe_wrong_unit(source, target, "source");
+    if (cause.empty()) cause = describe_wrong_unit(target, source, "target");
   }
   if (cause.empty()) cause = describe_likely_cause(source, target, log10_nfa_of(result), exec);
   if (cause.empty()) return std::move(result);

@@ -206,7 +206,7 @@ inline void forget_height(local_vertical_fit& result) {
   result.fit.sigma = std::numeric_limits<double>::infinity();
   result.fit.reason =
       "the heights of the paired stems are uncertain by more than a metre: not all of them are heights of "
-      "the ground; the height of the transform is a guess";
+      "the ground (are they heights of the trees?); the height of the transform is a guess";
   if (result.covariance) (*result.covariance)(2, 2) = height_variance(result.fit);
 }
 
