@@ -1,0 +1,26 @@
+// What a look at all points of a scan shows: how many there are, where, and how dense.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <array>
+#include <cstddef>
+
+#include "support/scan_files.hpp"
+
+namespace globalmatch::support {
+
+struct scan_summary {
+  /// [m] from the scanner in plan, where density is told.
+  static constexpr std::array<double, 3> distances = {5, 10, 20};
+
+  std::size_t points = 0;              ///< with coordinates, and not left out
+  Eigen::AlignedBox3d extent;          ///< [m]; empty when there are no points
+  std::array<double, 3> density = {};  ///< [1/m^2] in plan, within half a metre of each distance
+};
+
+/// One forward pass. `scanner` is in the frame of the scan. Throws `file_error` when the file is damaged.
+scan_summary summarise(const scan_file& scan, const Eigen::Vector3d& scanner);
+
+}  // namespace globalmatch::support
