@@ -64,8 +64,8 @@ std::optional<ptx_header> read_header(input_file& file) {
     const auto numbers = numbers_in(*line, header[i]);
     if (!numbers)
       file.fail_at_line(
-          "has not the " + std::to_string(header[i]) +
-              " numbers of a PTX header: a scan has more points than it announces, or is damaged",
+          "has other than the numbers (" + std::to_string(header[i]) +
+              ") of this line of a PTX header: a scan has more points than it announces, or is damaged",
           export_again);
     if (i < 2) sizes[i] = *to_count(trim(*line));
     if (i >= first_of_matrix) matrix.row(static_cast<Eigen::Index>(i - first_of_matrix)) = *numbers;
