@@ -33,8 +33,8 @@ std::uint32_t crc32c(std::span<const char> bytes) {
   std::size_t i = 0;
   for (; i + 8 <= bytes.size(); i += 8) {
     const auto word = load<std::uint64_t>(bytes.data() + i, std::endian::little) ^ remainder;
-    remainder = 0;
-    for (std::size_t k = 0; k < 8; ++k) remainder ^= tables[7 - k][(word >> (8 * k)) & 0xFF];
+    const auto of = [word](std::size_t k) { return tables[7 - k][(word >> (8 * k)) & 0xFF]; };
+    remainder = of(0) ^ of(1) ^ of(2) ^ of(3) ^ of(4) ^ of(5) ^ of(6) ^ of(7);
   }
   for (; i < bytes.size(); ++i)
     remainder = (remainder >> 8) ^ tables[0][(remainder ^ static_cast<unsigned char>(bytes[i])) & 0xFF];

@@ -14,7 +14,7 @@ namespace globalmatch::support {
 
 namespace {
 
-constexpr std::size_t points_at_once = 8 * point_source::block_size;
+constexpr std::size_t points_at_once = point_source::block_size;  // on the stack
 
 template <class T>
 T field(const char* bytes, std::size_t at) {
@@ -150,21 +150,23 @@ void e57_points::read(std::size_t first, std::span<Eigen::Vector3d> points) cons
 }
 
 void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points) const {
-  std::vector<char> bytes;
-  std::array<std::vector<double>, 4> values;
+  constexpr std::size_t behind = 9;  // the last value may end within a word, and a byte
+  std::array<char, 8 * points_at_once + behind + 1> bytes;
+  std::array<std::array<double, points_at_once>, 4> values;
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const e57_field& f = fields_[i];
     const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
     const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + points.size());
-    bytes.assign(static_cast<std::size_t>(end - begin) + 9, 0);  // room for the last word and a byte
-    streams_[i].read(*pages_, begin, std::span(bytes).first(static_cast<std::size_t>(end - begin)));
-    values[i].resize(points.size());
-    unpack(f, bytes.data(), bit % 8, values[i]);
+    const auto size = static_cast<std::size_t>(end - begin);
+    streams_[i].read(*pages_, begin, std::span(bytes).first(size));
+    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(size), behind, '\0');
+    unpack(f, bytes.data(), bit % 8, std::span(values[i]).first(points.size()));
   }
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i] = scan_.is_spherical ? from_spherical(values[0][i], values[1][i], values[2][i])
                                    : Eigen::Vector3d(values[0][i], values[1][i], values[2][i]);
-  for (std::size_t i = 0; i < values[3].size(); ++i)
+  if (!scan_.invalid_state) return;
+  for (std::size_t i = 0; i < points.size(); ++i)
     if (values[3][i] != 0) points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 

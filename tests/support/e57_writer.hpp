@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "e57_checksums.hpp"
 #include "file_checks.hpp"
 
 namespace globalmatch::support {
@@ -117,25 +117,6 @@ inline std::string e57_section(const written_scan& scan, std::uint64_t offset) {
   put<std::uint64_t>(section, place_in_file(offset + 32));
   put<std::uint64_t>(section, 0);
   return section + packets;
-}
-
-/// CRC-32C, bit by bit.
-inline std::uint32_t slow_crc32c(std::string_view bytes) {
-  std::uint32_t remainder = 0xFFFFFFFF;
-  for (const char c : bytes) {
-    remainder ^= static_cast<unsigned char>(c);
-    for (int bit = 0; bit < 8; ++bit) remainder = remainder >> 1 ^ (remainder % 2 == 0 ? 0 : 0x82F63B78);
-  }
-  return ~remainder;
-}
-
-/// Makes the checksums fit whatever the pages hold.
-inline void seal_pages(std::string& file) {
-  for (std::size_t page = 0; page + 1024 <= file.size(); page += 1024) {
-    std::string checksum;
-    put(checksum, slow_crc32c(std::string_view(file).substr(page, 1020)), std::endian::big);
-    file.replace(page + 1020, 4, checksum);
-  }
 }
 
 /// A file of these scans.
