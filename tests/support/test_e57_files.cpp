@@ -71,7 +71,7 @@ TEST_CASE("the checksum of pages is CRC-32C") {
 
 TEST_CASE("an E57 scan is read whatever packets cut its fields") {
   const temporary_directory directory;
-  const std::size_t bytes_per_packet = GENERATE(1, 7, 64, 1000, 10'000);
+  const std::size_t bytes_per_packet = GENERATE(1u, 7u, 64u, 1000u, 10'000u);
   points expected;
   const auto path = directory.file("a.e57", e57_file({mixed_scan(3000, bytes_per_packet, expected)}));
   CHECK(looks_like_e57(bytes_of(path)));
@@ -151,7 +151,7 @@ TEST_CASE("each scan of an E57 file has its points, its pose and its number") {
   CHECK(scan.header.pose->isApprox(Eigen::Translation3d(100, -20, 3.25) * turn, 1e-12));
   CHECK_FALSE(open_e57(path, 3, {}).header.pose);
   CHECK(open_e57(path, 4, {}).points->size() == 0);
-  for (const std::size_t number : {0, 5})
+  for (const std::size_t number : {0u, 5u})
     require_error(
         path, [&](const auto& p) { open_e57(p, number, {}); },
         "holds 4 scans, and no scan " + std::to_string(number), "counted from 1");

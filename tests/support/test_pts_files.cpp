@@ -39,7 +39,7 @@ TEST_CASE("each block of a PTS file is a scan") {
   CHECK(scan.header.format == "PTS, scan 3 of 3");
   CHECK(scan.header.attributes == std::vector<std::string>{"intensity", "red", "green", "blue"});
   CHECK_FALSE(scan.header.pose);
-  for (const std::size_t number : {0, 4})
+  for (const std::size_t number : {0u, 4u})
     require_error(
         path, [&](const auto& p) { open_pts(p, number, {}); },
         "holds 3 blocks of points, and no block " + std::to_string(number), "counted from 1");

@@ -47,7 +47,7 @@ TEST_CASE("each scan of a PTX file is read without its empty returns") {
   CHECK(read_points(*second.points) == points{{7, 8, 9}, {1, 2, 3}});
   CHECK(second.header.attributes == std::vector<std::string>{"intensity", "red", "green", "blue"});
   CHECK(read_points(*open_ptx(path, 3, {}).points) == of_first);
-  for (const std::size_t number : {0, 4})
+  for (const std::size_t number : {0u, 4u})
     require_error(
         path, [&](const auto& p) { open_ptx(p, number, {}); },
         "holds 3 scans, and no scan " + std::to_string(number), "counted from 1");
