@@ -43,6 +43,11 @@ if(GLOBALMATCH_BUILD_EXAMPLES OR GLOBALMATCH_BUILD_TESTS OR GLOBALMATCH_BUILD_BE
   globalmatch_require(CLI11 CLI11::CLI11 2.1 https://github.com/CLIUtils/CLI11.git v2.1.2 include)
   globalmatch_require(nlohmann_json nlohmann_json::nlohmann_json 3.10
                       https://github.com/nlohmann/json.git v3.11.2 single_include)
+  globalmatch_require(pugixml pugixml::pugixml 1.10 https://github.com/zeux/pugixml.git v1.13 src)
+  FetchContent_GetProperties(pugixml)
+  if(pugixml_POPULATED) # its repository serves as headers alone, too
+    target_compile_definitions(pugixml::pugixml INTERFACE PUGIXML_HEADER_ONLY)
+  endif()
 endif()
 
 # Embree casts the simulator's rays. It is too large to be fetched: without it, the simulator is left out.

@@ -4,7 +4,7 @@
 export CMAKE_BUILD_PARALLEL_LEVEL=${CMAKE_BUILD_PARALLEL_LEVEL:-$(getconf _NPROCESSORS_ONLN)}
 if command -v ccache >/dev/null; then export CMAKE_CXX_COMPILER_LAUNCHER=ccache; fi
 
-libraries=(libeigen3-dev libnanoflann-dev libcli11-dev nlohmann-json3-dev catch2 libbenchmark-dev)
+libraries=(libeigen3-dev libnanoflann-dev libcli11-dev nlohmann-json3-dev libpugixml-dev catch2 libbenchmark-dev)
 optional=(libembree-dev) # for the simulator; not every Debian has it
 
 is_command() { command -v "$1" >/dev/null; }

@@ -1,13 +1,16 @@
-// The PTX format of Leica: the columns and rows of a scan, its pose in ten lines less two, and a point a
+// The PTX format of Leica: for each scan its columns and rows, its pose in ten lines less two, and a point a
 // line, also for rays that returned nothing.
+#include "support/ptx.hpp"
+
 #include <array>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "support/scan_formats.hpp"
+#include "support/input_file.hpp"
 #include "support/text_fields.hpp"
 
 namespace globalmatch::support {
@@ -16,22 +19,85 @@ namespace {
 
 // Numbers in each line of the header: columns, rows, the scanner's position and axes, a matrix.
 constexpr std::array<std::size_t, 10> header = {1, 1, 3, 3, 3, 3, 4, 4, 4, 4};
-constexpr std::string_view export_again = "Export the scan again as PTX, PLY, LAS or text (x y z)";
+constexpr std::size_t first_of_matrix = 6;
+constexpr std::string_view export_again = "Export the scan again as PTX, E57, PLY, LAS or text (x y z)";
+
+struct ptx_header {
+  std::uint64_t points = 0;
+  std::optional<Eigen::Isometry3d> pose;
+};
 
 // The numbers of a line; nothing where it has others, or something else.
-bool holds_numbers(std::string_view line, std::size_t count) {
+std::optional<Eigen::Vector4d> numbers_in(std::string_view line, std::size_t count) {
   const std::vector<std::string_view> words = split(line, ' ');
-  if (words.size() != count) return false;
-  for (const std::string_view word : words)
-    if (!(count == 1 ? to_count(word).has_value() : to_number(word).has_value())) return false;
-  return true;
+  if (words.size() != count) return std::nullopt;
+  Eigen::Vector4d numbers = Eigen::Vector4d::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto number = to_number(words[i]);
+    if (!number || (count == 1 && !to_count(words[i]))) return std::nullopt;
+    numbers[static_cast<Eigen::Index>(i)] = *number;
+  }
+  return numbers;
 }
 
-std::uint64_t read_count(input_file& file) {
+// PTX multiplies rows by its matrix, so it has the transposed one, with the translation in the last row.
+std::optional<Eigen::Isometry3d> pose_of(const Eigen::Matrix4d& rows) {
+  const Eigen::Matrix4d matrix = rows.transpose();
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  constexpr double rounding = 1e-4;  // of axes with six decimals, and of single precision
+  const double error = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+  if (!matrix.allFinite() || !(error <= rounding) || rotation.determinant() < 0) return std::nullopt;
+  if (!matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1))) return std::nullopt;
+  return Eigen::Translation3d(matrix.topRightCorner<3, 1>()) * Eigen::Quaterniond(rotation).normalized();
+}
+
+// The header of the next scan; nothing at the end of the file.
+std::optional<ptx_header> read_header(input_file& file) {
+  auto line = file.read_line();
+  while (line && trim(*line).empty()) line = file.read_line();
+  if (!line) return std::nullopt;
+  std::uint64_t sizes[2] = {};
+  Eigen::Matrix4d matrix;
+  for (std::size_t i = 0; i < header.size(); ++i) {
+    if (i > 0) line = file.read_line();
+    if (!line) file.fail_truncated();
+    const auto numbers = numbers_in(*line, header[i]);
+    if (!numbers)
+      file.fail_at_line(
+          "has other than the numbers (" + std::to_string(header[i]) +
+              ") of this line of a PTX header: a scan has more points than it announces, or is damaged",
+          export_again);
+    if (i < 2) sizes[i] = *to_count(trim(*line));
+    if (i >= first_of_matrix) matrix.row(static_cast<Eigen::Index>(i - first_of_matrix)) = *numbers;
+  }
+  constexpr std::uint64_t shortest_line = 6;  // three digits, two blanks and an end, which the last may lack
+  if (sizes[1] > 0 && sizes[0] > (file.remaining() + 1) / shortest_line / sizes[1]) file.fail_truncated();
+  return ptx_header{sizes[0] * sizes[1], pose_of(matrix)};
+}
+
+std::string_view read_row(input_file& file) {
   const auto line = file.read_line();
-  const auto count = line ? to_count(trim(*line)) : std::nullopt;
-  if (!count) file.fail_at_line("is no count of a PTX header", export_again);
-  return *count;
+  if (!line) file.fail_truncated();
+  return *line;
+}
+
+opened_scan read_points(input_file& file, const ptx_header& scan) {
+  opened_scan opened;
+  std::vector<Eigen::Vector3d> points;
+  for (std::uint64_t i = 0; i < scan.points; ++i) {
+    const std::string_view line = read_row(file);
+    if (i == 0) {
+      const std::size_t fields = split(line, ' ').size();
+      if (fields >= 4) opened.header.attributes.emplace_back("intensity");
+      if (fields >= 7)
+        opened.header.attributes.insert(opened.header.attributes.end(), {"red", "green", "blue"});
+    }
+    const Eigen::Vector3d p = read_columns(file, line, ' ', {0, 1, 2});
+    if (!p.isZero(0)) points.push_back(p);
+  }
+  opened.header.pose = scan.pose;
+  opened.points = std::make_unique<points_in_memory>(std::move(points));
+  return opened;
 }
 
 }  // namespace
@@ -39,29 +105,38 @@ std::uint64_t read_count(input_file& file) {
 bool looks_like_ptx(std::string_view start) {
   for (const std::size_t count : header) {
     const std::size_t end = start.find_first_of("\r\n");
-    if (end == std::string_view::npos || !holds_numbers(start.substr(0, end), count)) return false;
+    if (end == std::string_view::npos || !numbers_in(start.substr(0, end), count)) return false;
     start.remove_prefix(end + (start.substr(end).starts_with("\r\n") ? 2 : 1));
   }
   return true;
 }
 
-opened_scan open_ptx(input_file& file) {
-  const std::uint64_t columns = read_count(file), rows = read_count(file);
-  for (std::size_t i = 2; i < header.size(); ++i) file.read_line();
-  constexpr std::uint64_t shortest_line = 6;  // three digits, two blanks and an end, which the last may lack
-  if (rows > 0 && columns > (file.remaining() + 1) / shortest_line / rows) file.fail_truncated();
-  std::vector<Eigen::Vector3d> points;
-  for (std::uint64_t left = rows * columns; left > 0; --left) {
-    const auto line = file.read_line();
-    if (!line) file.fail_truncated();
-    const Eigen::Vector3d p = read_columns(file, *line, ' ', {0, 1, 2});
-    if (!p.isZero(0)) points.push_back(p);
+std::size_t count_ptx_scans(const std::filesystem::path& path) {
+  input_file file(path);
+  std::size_t count = 0;
+  while (const auto scan = read_header(file)) {
+    for (std::uint64_t i = 0; i < scan->points; ++i) read_row(file);
+    ++count;
   }
-  while (const auto line = file.read_line())
-    if (!trim(*line).empty())
-      file.fail("holds several scans, or more points than it announces",
-                "Export each scan to a file of its own");
-  return {std::make_unique<points_in_memory>(std::move(points)), {.format = "PTX"}};
+  return count;
+}
+
+opened_scan open_ptx(const std::filesystem::path& path, std::size_t number, const scan_options&) {
+  input_file file(path);
+  opened_scan opened;
+  std::size_t count = 0;
+  while (const auto scan = read_header(file)) {
+    if (++count == number)
+      opened = read_points(file, *scan);
+    else
+      for (std::uint64_t i = 0; i < scan->points; ++i) read_row(file);
+  }
+  if (!opened.points)
+    file.fail("holds " + std::to_string(count) + " scans, and no scan " + std::to_string(number),
+              "Scans are counted from 1");
+  opened.header.format = "PTX";
+  if (count > 1) opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(count);
+  return opened;
 }
 
 }  // namespace globalmatch::support

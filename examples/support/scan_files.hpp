@@ -100,6 +100,10 @@ class scan_file {
 /// the range throws it where damage shows only later.
 scan_file open_scan(const std::filesystem::path& path, const scan_options& options = {});
 
+/// The scans that a file holds: itself, or where it holds several `name#1`, `name#2` and so on. Throws
+/// `file_error` when it cannot be read.
+std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path);
+
 using rgb = std::array<std::uint8_t, 3>;
 
 /// Writes a binary little endian PLY; coordinates are float where that keeps 0.1 mm, else double. Throws

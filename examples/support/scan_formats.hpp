@@ -2,8 +2,6 @@
 // `file_error`.
 #pragma once
 
-#include <string_view>
-
 #include "support/input_file.hpp"
 #include "support/point_source.hpp"
 
@@ -17,13 +15,6 @@ opened_scan open_pcd(input_file& file);
 
 /// LAS 1.0 to 1.4.
 opened_scan open_las(input_file& file, const scan_options& options);
-
-/// Whether the first lines of a file are those of a PTX file: columns and rows of a scan, and its pose.
-bool looks_like_ptx(std::string_view start);
-
-/// PTX of one scan, in the scanner's own frame. Empty returns, which are at the origin, are left out. Files
-/// of several scans are refused.
-opened_scan open_ptx(input_file& file);
 
 /// Lines of x, y, z and what else there may be: XYZ, CSV, TXT, PTS.
 opened_scan open_text(input_file& file);

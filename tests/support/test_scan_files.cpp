@@ -36,12 +36,33 @@ TEST_CASE("an empty, a missing and an irregular file are refused") {
   require_error(directory.path(), read_scan, "not a regular file", "Name a file");
 }
 
-TEST_CASE("an E57 file is refused with the command that converts it") {
+TEST_CASE("one scan of several is chosen by its number, and none without") {
   const temporary_directory directory;
-  const auto path = directory.file("scan.e57", "ASTM-E57" + std::string(100, '\0'));
-  const std::string command =
-      "pdal translate \"" + path.string() + "\" \"" + (directory / "scan.ply").string() + "\"";
-  require_error(path, read_scan, "E57", command);
+  const std::string pose = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const auto path = directory.file("two.ptx", "1\n1\n" + pose + "1 2 3 0\n" + "1\n1\n" + pose + "4 5 6 0\n");
+  const std::string name = path.string();
+  CHECK(scans_in(path) == std::vector<std::filesystem::path>{name + "#1", name + "#2"});
+  CHECK(read_scan(name + "#1") == points{{1, 2, 3}});
+  CHECK(read_scan(name + "#2") == points{{4, 5, 6}});
+  require_error(path, read_scan, "holds 2 scans", "\"" + name + "#1\" to \"" + name + "#2\"");
+  CHECK_THAT(error_of([&] { read_scan(name + "#3"); }), Catch::Matchers::Contains("no scan 3"));
+}
+
+TEST_CASE("a file of one scan may be numbered 1, and one whose name has a number is itself") {
+  const temporary_directory directory;
+  const auto path = directory.file("a.txt", "1 2 3\n");
+  CHECK(read_scan(path.string() + "#1") == points{{1, 2, 3}});
+  CHECK_THAT(error_of([&] { read_scan(path.string() + "#2"); }), Catch::Matchers::Contains("no scan 2"));
+  CHECK(scans_in(path) == std::vector{path});
+  CHECK(read_scan(directory.file("b.txt#2", "4 5 6\n")) == points{{4, 5, 6}});
+}
+
+TEST_CASE("a block of points after its count is text, several are several scans") {
+  const temporary_directory directory;
+  CHECK(read_scan(directory.file("one.pts", "2\n1 2 3\n4 5 6\n")) == points{{1, 2, 3}, {4, 5, 6}});
+  const auto two = directory.file("two.pts", "2\n1 2 3\n4 5 6\n1\n7 8 9\n");
+  CHECK(read_scan(two.string() + "#2") == points{{7, 8, 9}});
+  require_error(two, read_scan, "holds 2 scans", "#2");
 }
 
 TEST_CASE("any bytes behind any signature are read or refused, and never crash") {

@@ -133,7 +133,7 @@ TEST_CASE("a PTX file is read without its empty returns, and several scans are r
   const std::string header = "2\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n9 9 9 1\n";
   require_scan(header + "1.5 -2 3 0.5\n0 0 0 0.5\n0 0 0 0.5\n4 5.25 -6 0.5\n");
   const std::string scan = header + "1 2 3 0\n1 2 3 0\n1 2 3 0\n1 2 3 0\n";
-  require_refused(scan + scan, "several scans");
+  require_refused(scan + scan, "holds 2 scans");
   require_refused(header + "1 2 3 0\n1 2 3 0\n", "ends before");
 }
 

@@ -1,0 +1,35 @@
+#include "support/e57.hpp"
+
+#include <memory>
+#include <string>
+
+#include "support/e57_description.hpp"
+#include "support/e57_pages.hpp"
+#include "support/e57_points.hpp"
+
+namespace globalmatch::support {
+
+bool looks_like_e57(std::string_view start) {
+  return start.starts_with("ASTM-E57");
+}
+
+std::size_t count_e57_scans(const std::filesystem::path& path) {
+  const e57_pages pages(path);
+  return e57_description(pages).scans();
+}
+
+opened_scan open_e57(const std::filesystem::path& path, std::size_t number, const scan_options&) {
+  const auto pages = std::make_shared<const e57_pages>(path);
+  const e57_description description(*pages);
+  const e57_scan scan = description.scan(number);
+  opened_scan opened;
+  opened.header.format = "E57 " + pages->version();
+  if (description.scans() > 1)
+    opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(description.scans());
+  opened.header.pose = scan.pose;
+  opened.header.attributes = scan.attributes;
+  opened.points = std::make_unique<e57_points>(pages, scan);
+  return opened;
+}
+
+}  // namespace globalmatch::support

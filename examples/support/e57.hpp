@@ -1,0 +1,22 @@
+// Internal to the readers: E57 (ASTM E2807), the exchange format of laser scanners.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string_view>
+
+#include "support/point_source.hpp"
+
+namespace globalmatch::support {
+
+/// Whether the first bytes of a file are those of an E57 file.
+bool looks_like_e57(std::string_view start);
+
+/// How many scans the file holds; pictures are none, and a scan may have no points. Throws `file_error`.
+std::size_t count_e57_scans(const std::filesystem::path& path);
+
+/// Scan `number`, counted from 1, in the frame of its stored coordinates, which is the scanner's own where
+/// the file has a pose. Points without valid coordinates are not-a-number. Throws `file_error`.
+opened_scan open_e57(const std::filesystem::path& path, std::size_t number, const scan_options& options);
+
+}  // namespace globalmatch::support

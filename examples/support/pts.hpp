@@ -1,0 +1,24 @@
+// Internal to the readers: PTS, the text format of Leica whose blocks of points begin with their count.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string_view>
+
+#include "support/point_source.hpp"
+
+namespace globalmatch::support {
+
+/// Whether the first lines of a file are a count of points, and a point or the count of another block.
+bool looks_like_pts(std::string_view start);
+
+/// How many blocks the file holds. Each is a scan of its own: programs write a block for each scan of a
+/// project, and only scans that were registered before share a frame, which the file does not say. Throws
+/// `file_error` when it cannot be read.
+std::size_t count_pts_scans(const std::filesystem::path& path);
+
+/// The block `number`, counted from 1. Throws `file_error`, also when the block holds other than the points
+/// that its count announces.
+opened_scan open_pts(const std::filesystem::path& path, std::size_t number, const scan_options& options);
+
+}  // namespace globalmatch::support
