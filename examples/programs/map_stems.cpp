@@ -61,7 +61,7 @@ int main(int argc, char** argv) {
     auto report = support::describe(map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
-    const auto warnings = support::warnings_of(map, scan, options.keep_noise);
+    const auto warnings = support::warnings_of(map, scan.marked(), options.keep_noise);
     report["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
     support::print(warnings, scan_path);

@@ -67,10 +67,10 @@ int main(int argc, char** argv) {
     report["target"] = support::describe(target_map);
     report["seconds"] = seconds;
     report["stages"] = clock.stages();
-    auto warnings = support::warnings_of(source_map, source, options.keep_noise);
+    auto warnings = support::warnings_of(source_map, source.marked(), options.keep_noise);
     support::print(warnings, source_file);
     report["source"]["warnings"] = support::describe(warnings);
-    warnings = support::warnings_of(target_map, target, options.keep_noise);
+    warnings = support::warnings_of(target_map, target.marked(), options.keep_noise);
     support::print(warnings, target_file);
     report["target"]["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);

@@ -98,7 +98,7 @@ int main(int argc, char** argv) {
         const support::scan_summary summary = support::summarise(scan, scanner);
         const stem_map map =
             map_stems(scan, options.for_mapping(), options.up_direction(), {.threads = options.threads});
-        const auto warnings = support::warnings_of(map, scan, options.keep_noise);
+        const auto warnings = support::warnings_of(map, scan.marked(), options.keep_noise);
         std::cout << file.string() << ": " << one_line(scan.header(), summary, map) << '\n';
         support::print(warnings, file);
         support::warn_if_tilted(map, file);

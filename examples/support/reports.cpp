@@ -198,10 +198,10 @@ double median_radius(const std::vector<stem>& stems) {
 
 }  // namespace
 
-std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked) {
+std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked, bool keeps_marked) {
   std::vector<warning> warnings;
   const auto add = [&](const char* code, const std::string& text) { warnings.push_back({code, text}); };
-  if (const marked_points marked = scan.marked(); marked.noise + marked.withheld > 0)
+  if (marked.noise + marked.withheld > 0)
     add("marked_points", std::to_string(marked.noise) + " points are marked as noise and " +
                              std::to_string(marked.withheld) + " others as withheld; they were " +
                              (keeps_marked ? "kept" : "left out (--keep-noise reads them)"));

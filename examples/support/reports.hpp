@@ -25,7 +25,7 @@ struct registration;
 
 namespace globalmatch::support {
 
-class scan_file;
+struct marked_points;
 
 /// Times the stages of a run by listening to its progress, and shows it on a terminal: a stage lasts from its
 /// first report to that of the next one.
@@ -59,7 +59,7 @@ struct warning {
 };
 
 /// Of points left out, ground that was not seen, noise, heights above the ground, and no stems.
-std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked);
+std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked, bool keeps_marked);
 
 /// Of what was understood of the file of a stem map.
 std::vector<warning> warnings_of(const stem_table& table);

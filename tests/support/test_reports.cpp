@@ -35,41 +35,41 @@ stem_map healthy_map() {
 }  // namespace
 
 TEST_CASE("a healthy map has no warnings") {
-  CHECK(warnings_of(healthy_map(), {}).empty());
+  CHECK(warnings_of(healthy_map(), {}, false).empty());
 }
 
 TEST_CASE("what is wrong with a scan is said, each by its code") {
   stem_map map = healthy_map();
   map.terrain.status = ground_status::none;
-  CHECK(has(warnings_of(map, {}), "no_ground"));
+  CHECK(has(warnings_of(map, {}, false), "no_ground"));
   map = healthy_map();
   map.terrain.cut_off = true;
-  CHECK(has(warnings_of(map, {}), "cut_off"));
+  CHECK(has(warnings_of(map, {}, false), "cut_off"));
   map = healthy_map();
   map.terrain.status = ground_status::normalised;
-  CHECK(has(warnings_of(map, {}), "normalised_heights"));
+  CHECK(has(warnings_of(map, {}, false), "normalised_heights"));
   map = healthy_map();
   map.funnel.ground.coordinate_step = 0.5;
-  CHECK(has(warnings_of(map, {}), "coordinate_step"));
+  CHECK(has(warnings_of(map, {}, false), "coordinate_step"));
   map = healthy_map();
   map.funnel.ground.low_points = 3;
-  CHECK(has(warnings_of(map, {}), "low_noise"));
+  CHECK(has(warnings_of(map, {}, false), "low_noise"));
   map = healthy_map();
   map.stems.clear();
-  CHECK(has(warnings_of(map, {}), "no_stems"));
-  CHECK(has(warnings_of(healthy_map(), {.keep = false, .noise = 2, .withheld = 0}), "marked_points"));
+  CHECK(has(warnings_of(map, {}, false), "no_stems"));
+  CHECK(has(warnings_of(healthy_map(), {.noise = 2, .withheld = 0}, false), "marked_points"));
 }
 
 TEST_CASE("stems that are three times too thick ask whether coordinates are in feet") {
   stem_map map = healthy_map();
   for (stem& s : map.stems) s.radius /= 0.3048;
-  const std::vector<warning> warnings = warnings_of(map, {});
+  const std::vector<warning> warnings = warnings_of(map, {}, false);
   REQUIRE(warnings.size() == 1);
   CHECK(warnings.front().code == "thick_stems");
   CHECK(warnings.front().text.find("0.85 m") != std::string::npos);
   CHECK(warnings.front().text.find("feet") != std::string::npos);
   map.stems.resize(4);  // too few to say
-  CHECK(warnings_of(map, {}).empty());
+  CHECK(warnings_of(map, {}, false).empty());
 }
 
 TEST_CASE("a matching without a known height says so, and so does one whose heights slope") {
