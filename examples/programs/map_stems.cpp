@@ -43,7 +43,10 @@ int main(int argc, char** argv) {
   CLI::App app("Finds the tree stems in a scan: positions on the ground, radii, axes.", "map_stems");
   std::filesystem::path scan_path, out;
   support::shared_options options;
-  app.add_option("SCAN", scan_path, "PLY, PCD, LAS or text file of points")->required();
+  app.add_option(
+         "SCAN", scan_path,
+         "file of points: PLY, PCD, LAS, LAZ, E57, PTX, PTS or text; name#K: scan K of a file of several")
+      ->required();
   app.add_option("--out", out, "stem map to write (CSV)")->required()->type_name("FILE");
   options.add_mapping_to(app);
   options.add_execution_to(app);
@@ -66,7 +69,7 @@ int main(int argc, char** argv) {
     support::write_json(options.json, report);
     support::print(warnings, scan_path);
     support::warn_if_tilted(map, scan_path);
-    std::cout << map.stems.size() << " stems in " << scan.size() << " points\n";
+    std::cout << map.stems.size() << " stems in " << report["points"] << " points\n";
     return support::done;
   });
 }

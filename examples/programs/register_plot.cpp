@@ -6,6 +6,7 @@
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_sets.hpp"
 
 #include <algorithm>
 #include <iostream>
@@ -26,7 +27,7 @@ struct scan_pair {
 
 /// Every scan with the first one; with `all`, every scan with every earlier one.
 std::vector<scan_pair> pairs_of(const std::vector<fs::path>& scans, const fs::path& out_dir, bool all) {
-  const auto name = [&](std::size_t i) { return scans[i].stem().string(); };
+  const auto name = [&](std::size_t i) { return support::name_of(scans[i]); };
   std::vector<scan_pair> pairs;
   for (std::size_t target = 0; target < (all ? scans.size() : 1); ++target)
     for (std::size_t source = target + 1; source < scans.size(); ++source) {
@@ -39,7 +40,7 @@ std::vector<scan_pair> pairs_of(const std::vector<fs::path>& scans, const fs::pa
 void require_distinct_names(const std::vector<fs::path>& scans, const std::vector<scan_pair>& pairs) {
   std::set<fs::path> names, transforms;
   for (const fs::path& file : scans)
-    if (!names.insert(file.stem()).second)
+    if (!names.insert(support::name_of(file)).second)
       throw support::file_error(file, "two scans have this name", "Rename one: the results are named by it.");
   for (const scan_pair& pair : pairs)
     if (!transforms.insert(pair.transform_file).second)
@@ -55,8 +56,10 @@ int main(int argc, char** argv) {
   std::vector<fs::path> scan_files;
   bool all_pairs = false;
   support::shared_options options;
-  app.add_option("TARGET", target_file, "scan whose frame is that of the results")->required();
-  app.add_option("SOURCE", scan_files, "scans to register with it")->required();
+  app.add_option("TARGET", target_file,
+                 "scan whose frame is that of the results; name#K: scan K of a file of several")
+      ->required();
+  app.add_option("SOURCE", scan_files, "scans to register with it, or folders of them")->required();
   app.add_option("--out-dir", out_dir, "folder for T_<source name>.txt, one for each source")
       ->required()
       ->type_name("DIR");
@@ -68,6 +71,7 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    if (!options.tiles) scan_files = support::find_scans(scan_files);
     scan_files.insert(scan_files.begin(), target_file);
     const std::vector<scan_pair> pairs = pairs_of(scan_files, out_dir, all_pairs);
     require_distinct_names(scan_files, pairs);
@@ -106,8 +110,8 @@ int main(int argc, char** argv) {
           timed([&] { return register_maps(maps[pair.source], maps[pair.target], library_options, exec); });
       transforms.push_back(result.target_from_source);
       auto report = support::describe(result.matching, result.target_from_source);
-      report["name"] = scan_files[pair.source].stem().string();
-      report["target_name"] = scan_files[pair.target].stem().string();
+      report["name"] = support::name_of(scan_files[pair.source]);
+      report["target_name"] = support::name_of(scan_files[pair.target]);
       report["source"] = scan_reports[pair.source];
       pair_reports.push_back(std::move(report));
       std::ostream& out = result.target_from_source ? std::cout : std::cerr;

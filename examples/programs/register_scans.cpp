@@ -33,7 +33,10 @@ int main(int argc, char** argv) {
   CLI::App app("Registers two scans and writes the transform from source to target.", "register_scans");
   std::filesystem::path source_file, target_file, out, merged, picture;
   support::shared_options options;
-  app.add_option("SOURCE", source_file, "PLY, PCD, LAS or text file of points")->required();
+  app.add_option(
+         "SOURCE", source_file,
+         "file of points: PLY, PCD, LAS, LAZ, E57, PTX, PTS or text; name#K: scan K of a file of several")
+      ->required();
   app.add_option("TARGET", target_file, "scan to register it with")->required();
   app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
   app.add_option("--write", merged, "both scans in the target's frame (PLY), one colour each")

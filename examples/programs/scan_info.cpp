@@ -6,6 +6,7 @@
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_sets.hpp"
 #include "support/scan_summary.hpp"
 
 #include <iostream>
@@ -80,7 +81,8 @@ int main(int argc, char** argv) {
   CLI::App app("Says what scan files hold, and whether units, vertical and ground look right.", "scan_info");
   std::vector<std::filesystem::path> files;
   support::shared_options options;
-  app.add_option("SCAN", files, "files of points; name#K: scan K of a file of several")->required();
+  app.add_option("SCAN", files, "files of points, or folders of them; name#K: scan K of a file of several")
+      ->required();
   options.add_mapping_to(app);
   options.add_execution_to(app);
 
@@ -91,7 +93,7 @@ int main(int argc, char** argv) {
                                 : Eigen::Vector3d(options.scanner[0], options.scanner[1], options.scanner[2]);
     ordered_json reports = ordered_json::array();
     bool all_read = true;
-    for (const auto& file : files) {
+    for (const auto& file : options.tiles ? files : support::find_scans(files)) {
       ordered_json report = {{"path", file.string()}};
       try {  // what is wrong with one file says nothing of the others
         const support::scan_file scan = support::open_scan(file, options.for_reading());

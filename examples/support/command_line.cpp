@@ -32,6 +32,7 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->capture_default_str();
   app.add_flag("--no-verticality", no_verticality, "look for stems among all understory points");
   app.add_flag("--keep-noise", keep_noise, "read LAS points that are marked as noise or withheld, too");
+  app.add_flag("--tiles", tiles, "a folder is one scan, whose files are tiles in one frame");
   app.add_option("--memory", memory,
                  "points of a compressed scan are kept in memory if they take no more than this; others are "
                  "decoded whenever they are needed")
@@ -98,6 +99,7 @@ void shared_options::add_execution_to(CLI::App& app) {
 
 scan_options shared_options::for_reading() const {
   return {.keep_marked = keep_noise,
+          .tiles = tiles,
           .threads = threads,
           .memory = static_cast<std::uint64_t>(memory * double(std::uint64_t(1) << 30))};
 }

@@ -34,6 +34,7 @@ struct shared_options {
   bool no_verticality = false;
   bool normalized = false;
   bool keep_noise = false;
+  bool tiles = false;
   double memory = 4;  ///< [GB]
   std::string vertical = "auto";
   std::string dof = "auto";

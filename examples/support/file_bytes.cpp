@@ -24,6 +24,8 @@ void require_regular(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!fs::exists(path, ignored))
     throw file_error(path, "does not exist", "Check the spelling and the current directory");
+  if (fs::is_directory(path, ignored))
+    throw file_error(path, "is a folder", "Name a file in it; a folder of tiles of one scan needs --tiles");
   if (!fs::is_regular_file(path, ignored))
     throw file_error(path, "is not a regular file", "Name a file on disk");
 }

@@ -58,6 +58,7 @@ class points_in_memory final : public point_source {
 /// How to read a scan.
 struct scan_options {
   bool keep_marked = false;  ///< points that the file marks as noise or withheld are kept, too
+  bool tiles = false;        ///< a folder is one scan, whose files are tiles in one frame
   int threads = 0;           ///< that decode compressed points; 0: all
   std::uint64_t memory = std::uint64_t(4) << 30;  ///< [bytes] for decoded points; if they take more, they are
                                                   ///< decoded in every pass

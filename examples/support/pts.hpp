@@ -12,8 +12,7 @@ namespace globalmatch::support {
 /// Whether the first lines of a file are a count of points, and a point or the count of another block.
 bool looks_like_pts(std::string_view start);
 
-/// How many blocks the file holds. Each is a scan of its own: programs write a block for each scan of a
-/// project, and only scans that were registered before share a frame, which the file does not say. Throws
+/// How many blocks the file holds: programs write one for each scan of a project, in one frame. Throws
 /// `file_error` when it cannot be read.
 std::size_t count_pts_scans(const std::filesystem::path& path);
 

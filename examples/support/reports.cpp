@@ -169,7 +169,7 @@ json describe(const stem_map& map) {
             {"tilt_deg", degrees * angle_between(map.upright->up, map.given_up)},
             {"tilted", is_tilted(map)}};
   };
-  return {{"points", map.funnel.ground.points},
+  return {{"points", map.funnel.ground.points - map.funnel.ground.not_finite},
           {"stems", map.funnel.stems},
           {"funnel", as_json(explain(map.funnel))},
           {"ground", describe(map.funnel.ground)},

@@ -14,6 +14,7 @@
 #include "support/pts.hpp"
 #include "support/ptx.hpp"
 #include "support/scan_formats.hpp"
+#include "support/scan_sets.hpp"
 #include "support/text_fields.hpp"
 
 namespace globalmatch::support {
@@ -54,10 +55,8 @@ struct format_of_several {
   opened_scan (*open)(const std::filesystem::path& path, std::size_t number, const scan_options& options);
 };
 
-constexpr format_of_several formats_of_several[] = {
-    {looks_like_e57, count_e57_scans, open_e57},
-    {looks_like_ptx, count_ptx_scans, open_ptx},  // before PTS, which it looks like as well
-    {looks_like_pts, count_pts_scans, open_pts}};
+constexpr format_of_several formats_of_several[] = {{looks_like_e57, count_e57_scans, open_e57},
+                                                    {looks_like_ptx, count_ptx_scans, open_ptx}};
 
 const format_of_several* find_format_of_several(std::string_view start) {
   const auto format = std::find_if(std::begin(formats_of_several), std::end(formats_of_several),
@@ -136,14 +135,15 @@ std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path) {
 }
 
 scan_file open_scan(const std::filesystem::path& path, const scan_options& options) {
+  if (options.tiles && std::filesystem::is_directory(path)) return open_tiles(path, options);
   const numbered_scan scan = parse_name(path);
   input_file file(scan.path);
   const std::string_view start = file.peek(start_size);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");
   const format_of_several* format = find_format_of_several(start);
-  // A block of points alone is text like other text, with more spellings.
-  if (format && (format->count != count_pts_scans || count_pts_scans(scan.path) > 1))
-    return scan_file(open_one_of(*format, scan, file, options));
+  if (format) return scan_file(open_one_of(*format, scan, file, options));
+  // Blocks of a PTS file are in one frame: they are one scan, unless one of them is asked for.
+  if (scan.number && looks_like_pts(start)) return scan_file(open_pts(scan.path, *scan.number, options));
   if (scan.number.value_or(1) != 1)
     file.fail("holds one scan, and no scan " + std::to_string(*scan.number), "Name the file alone");
   return scan_file(open_single(file, start, options));

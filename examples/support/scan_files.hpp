@@ -84,6 +84,7 @@ class scan_file {
   bool empty() const { return size() == 0; }
 
   const scan_header& header() const { return scan_.header; }
+  const point_source& points() const { return *scan_.points; }
   /// The points that the file marks as no good, once all points were passed.
   marked_points marked() const { return scan_.points->marked(); }
 

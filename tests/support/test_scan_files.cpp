@@ -19,7 +19,8 @@ static_assert(point_range<scan_file> && std::ranges::random_access_range<const s
 TEST_CASE("what is no scan is refused with the formats that are") {
   const temporary_directory directory;
   std::string zeros(5000, '\0');
-  require_error(directory.file("zeros.ply", zeros), read_scan, "in no format", "PLY, PCD, LAS or text");
+  require_error(directory.file("zeros.ply", zeros), read_scan, "in no format",
+                "PLY, PCD, LAS, LAZ, E57, PTX or text");
   require_error(directory.file("prose.xyz", "Dear reader,\nthis is no scan.\n"), read_scan,
                 "line 2 names no columns", "PLY, PCD and LAS");
   require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "line 1 names no columns",
@@ -33,7 +34,7 @@ TEST_CASE("an empty, a missing and an irregular file are refused") {
   require_error(directory.file("empty.ply", ""), read_scan, "is empty", "again");
   require_error(directory.file("mark.txt", "\xEF\xBB\xBF"), read_scan, "is empty", "again");
   require_error(directory / "none.ply", read_scan, "does not exist", "Check");
-  require_error(directory.path(), read_scan, "not a regular file", "Name a file");
+  require_error(directory.path(), read_scan, "is a folder", "Name a file");
 }
 
 TEST_CASE("one scan of several is chosen by its number, and none without") {
@@ -57,12 +58,13 @@ TEST_CASE("a file of one scan may be numbered 1, and one whose name has a number
   CHECK(read_scan(directory.file("b.txt#2", "4 5 6\n")) == points{{4, 5, 6}});
 }
 
-TEST_CASE("a block of points after its count is text, several are several scans") {
+TEST_CASE("blocks of a PTS file are one scan, unless one of them is asked for") {
   const temporary_directory directory;
   CHECK(read_scan(directory.file("one.pts", "2\n1 2 3\n4 5 6\n")) == points{{1, 2, 3}, {4, 5, 6}});
   const auto two = directory.file("two.pts", "2\n1 2 3\n4 5 6\n1\n7 8 9\n");
   CHECK(read_scan(two.string() + "#2") == points{{7, 8, 9}});
-  require_error(two, read_scan, "holds 2 scans", "#2");
+  CHECK(read_scan(two) == points{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+  CHECK(scans_in(two) == std::vector{two});
 }
 
 TEST_CASE("any bytes behind any signature are read or refused, and never crash") {

@@ -1,0 +1,63 @@
+#include "support/scan_sets.hpp"
+
+#include <cmath>
+#include <filesystem>
+
+#include "catch.hpp"
+#include "file_checks.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+points along_x(int count, double y) {
+  points result;
+  for (int i = 0; i < count; ++i) result.emplace_back(i, y, 0);
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a folder stands for the scans in it, by name, and a file of several for each of them") {
+  const temporary_directory directory;
+  const auto folder = directory / "scans";
+  std::filesystem::create_directory(folder);
+  write_ply(folder / "b.PLY", points{{1, 2, 3}});
+  write_ply(folder / "a.ply", points{{1, 2, 3}});
+  write_ply(folder / "pose.txt", points{{1, 2, 3}});
+  const std::string pose = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const std::string scan = "1\n1\n" + pose + "1 2 3 0\n";
+  const auto two = directory.file("two.ptx", scan + scan);
+  const std::string name = two.string();
+  CHECK(find_scans({two, folder}) ==
+        std::vector<std::filesystem::path>{name + "#1", name + "#2", folder / "a.ply", folder / "b.PLY"});
+  CHECK(name_of(name + "#2") == "two_2");
+  CHECK(name_of(folder / "b.PLY") == "b");
+}
+
+TEST_CASE("a folder without scans is refused, and one without --tiles is no scan") {
+  const temporary_directory directory;
+  const auto find = [](const std::filesystem::path& path) { find_scans({path}); };
+  require_error(directory.path(), find, "holds no scans", ".laz");
+  require_error(directory.path(), read_scan, "is a folder", "--tiles");
+  const auto open = [](const std::filesystem::path& path) { open_scan(path, {.tiles = true}); };
+  require_error(directory.path(), open, "holds no scans", ".laz");
+}
+
+TEST_CASE("tiles of one scan are passed one after the other") {
+  const temporary_directory directory;
+  points expected;
+  for (const int count : {5000, 1, 4096, 0, 3}) {
+    const points tile = along_x(count, double(expected.size()));
+    write_ply(
+        directory / ("tile_" + std::to_string(expected.size() + 10000) + std::to_string(count) + ".ply"),
+        tile);
+    expected.insert(expected.end(), tile.begin(), tile.end());
+  }
+  points read;
+  for (const Eigen::Vector3d& p : open_scan(directory.path(), {.tiles = true}))
+    if (p.allFinite()) read.push_back(p);
+  CHECK(read == expected);
+}
+
+}  // namespace globalmatch::support
