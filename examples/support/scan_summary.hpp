@@ -12,7 +12,7 @@
 namespace globalmatch::support {
 
 struct scan_summary {
-  /// [m] from the scanner in plan, where density is told.
+  /// [m] from the scanner in plan, where density is measured.
   static constexpr std::array<double, 3> distances = {5, 10, 20};
 
   std::size_t points = 0;              ///< with coordinates, and not left out
