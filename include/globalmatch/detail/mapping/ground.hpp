@@ -30,7 +30,8 @@ template <point_range R, class Model>
 ground_model model_ground(const R& scan, const ground_options& options, const vec3& up, const Model& model_of,
                           const execution& exec) {
   require_valid(options);
-  require_metres(scan, up);
+  const std::vector<vec3> some = points_all_over(scan);
+  require_metres(some, up);
   const double resolution = options.resolution / lowest_cells_a_node;
   ground_funnel funnel;
   scan_sample sample;
@@ -49,7 +50,7 @@ ground_model model_ground(const R& scan, const ground_options& options, const ve
     lowest = gather_lowest_points(scan, resolution, up, funnel, exec, keep, &sample);
     model = model_of(std::move(lowest), funnel, true);
   }
-  model.funnel.coordinate_step = coordinate_step(scan);
+  model.funnel.coordinate_step = coordinate_step(some);
   return model;
 }
 

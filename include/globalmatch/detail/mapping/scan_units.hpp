@@ -16,13 +16,13 @@
 
 namespace globalmatch::detail {
 
-/// At most some 16,000 points from all over a scan, levelled. Of a scan without random access its first ones.
+/// At most some 16,000 finite points from all over a scan. Of a scan without random access its first ones.
 template <point_range R>
-std::vector<vec3> points_all_over(const R& scan, const mat3& rotation) {
+std::vector<vec3> points_all_over(const R& scan) {
   constexpr std::size_t max_points = std::size_t(1) << 14;
   std::vector<vec3> points;
   const auto take = [&](const auto& p) {
-    if (const vec3 v = xyz(p); is_finite(v)) points.push_back(rotation * v);
+    if (const vec3 v = xyz(p); is_finite(v)) points.push_back(v);
   };
   if constexpr (std::ranges::random_access_range<const R>) {
     const auto count = static_cast<std::size_t>(std::ranges::distance(scan));
@@ -80,13 +80,11 @@ inline double height_of_blocks(const std::vector<vec3>& points, const coordinate
   return *tall;
 }
 
-/// [m] The step, of a decimetre or more, that all points share in x or in y; 0 when there is none. Floats
-/// hold map coordinates of millions of metres in steps of half a metre. Coordinates that are all equal have
-/// none.
-template <point_range R>
-double coordinate_step(const R& scan) {
+/// [m] The step, of a decimetre or more, that points from all over a scan share in x or in y; 0 when there is
+/// none. Floats hold map coordinates of millions of metres in steps of half a metre. Coordinates that are all
+/// equal have none.
+inline double coordinate_step(const std::vector<vec3>& points) {
   constexpr std::size_t min_points = 100;
-  const std::vector<vec3> points = points_all_over(scan, mat3::identity());
   if (points.size() < min_points) return 0;
   for (const double step : {1.0, 0.5, 0.25, 0.125, 0.1})
     for (const std::size_t axis : {std::size_t(0), std::size_t(1)}) {
@@ -101,15 +99,15 @@ double coordinate_step(const R& scan) {
   return 0;
 }
 
-/// Throws `std::invalid_argument` naming the unit and the remedy when a scan cannot be in metres: in
-/// many places points lie higher above each other than trees are. Extents do not tell, as a corridor may be
-/// as long.
-template <point_range R>
-void require_metres(const R& scan, const vec3& up) {
+/// Throws `std::invalid_argument` naming the unit and the remedy when a scan, of which `points` are from all
+/// over, cannot be in metres: in many places points lie higher above each other than trees are. Extents do not
+/// tell, as a corridor may be as long.
+inline void require_metres(std::vector<vec3> points, const vec3& up) {
   constexpr double tallest_tree = 130;                                     // [m] and more than any
   constexpr double low_in_millimetres = 2000, tall_in_centimetres = 6000;  // 2 m, 60 m
-  const std::vector<vec3> points = points_all_over(scan, levelling_rotation(up));
   if (points.empty()) return;
+  const mat3 levelled = levelling_rotation(up);
+  for (vec3& p : points) p = levelled * p;
   const coordinate_range x = robust_range(points, 0), y = robust_range(points, 1);
   const double height = height_of_blocks(points, x, y);
   if (!(height > tallest_tree)) return;
