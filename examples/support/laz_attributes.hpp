@@ -32,7 +32,7 @@ class time_decoder {
     current_ = newest_ = 0;
   }
 
-  std::uint64_t decode(arithmetic_decoder& in) {
+  LAZ_INLINE std::uint64_t decode(arithmetic_decoder& in) {
     // An encoder changes the sequence once at most before it codes a time.
     for (int attempt = 0; attempt < 4; ++attempt) {
       const std::uint32_t change =
@@ -54,7 +54,7 @@ class time_decoder {
   static constexpr std::uint32_t unchanged = 511, full = 512;
 
   // The number of sequences to go on by; 0: the time was decoded.
-  std::uint32_t decode_after_zero(arithmetic_decoder& in) {
+  LAZ_INLINE std::uint32_t decode_after_zero(arithmetic_decoder& in) {
     sequence& s = sequences_[current_];
     const std::uint32_t symbol = in.decode(zero_) + !HasUnchanged;
     if (symbol == 1) {
@@ -67,7 +67,7 @@ class time_decoder {
     return symbol > 2 ? symbol - 2 : 0;
   }
 
-  std::uint32_t decode_multiple(arithmetic_decoder& in) {
+  LAZ_INLINE std::uint32_t decode_multiple(arithmetic_decoder& in) {
     std::uint32_t symbol = in.decode(multiple_);
     if (!HasUnchanged && symbol >= unchanged) ++symbol;
     if (symbol < unchanged) {
@@ -78,7 +78,7 @@ class time_decoder {
     return symbol > full ? symbol - full : 0;
   }
 
-  void decode_difference(arithmetic_decoder& in, std::uint32_t symbol) {
+  LAZ_INLINE void decode_difference(arithmetic_decoder& in, std::uint32_t symbol) {
     sequence& s = sequences_[current_];
     const std::uint32_t factor = symbol <= max_multiple ? symbol : max_multiple - symbol;
     const std::size_t context = symbol == 0              ? 7
@@ -101,7 +101,7 @@ class time_decoder {
     }
   }
 
-  void decode_full(arithmetic_decoder& in) {
+  LAZ_INLINE void decode_full(arithmetic_decoder& in) {
     const auto upper = static_cast<std::int32_t>(sequences_[current_].last >> 32);
     const auto decoded = static_cast<std::uint32_t>(corrections_.decode(in, upper, 8));
     const std::uint32_t lower = in.decode_bits(16);
@@ -142,7 +142,7 @@ class color_decoder {
     differences_.reset();
   }
 
-  color decode(arithmetic_decoder& in, const color& last) {
+  LAZ_INLINE color decode(arithmetic_decoder& in, const color& last) {
     const std::uint32_t changed = in.decode(changed_);
     const int red_low = decode_byte(in, changed & 1, 0, low(last.red));
     const int red_high = decode_byte(in, changed & 2, 1, high(last.red));
@@ -164,12 +164,13 @@ class color_decoder {
   static int high(std::uint16_t value) { return value >> 8; }
   static std::uint16_t join(int low, int high) { return static_cast<std::uint16_t>(high << 8 | low); }
 
-  int decode_byte(arithmetic_decoder& in, std::uint32_t is_changed, std::size_t model, int last) {
+  LAZ_INLINE int decode_byte(arithmetic_decoder& in, std::uint32_t is_changed, std::size_t model, int last) {
     if (!is_changed) return last;
     return (last + static_cast<int>(in.decode(differences_.get(model)))) & 0xFF;
   }
 
-  int decode_moved(arithmetic_decoder& in, std::uint32_t is_changed, std::size_t model, int last, int by) {
+  LAZ_INLINE int decode_moved(arithmetic_decoder& in, std::uint32_t is_changed, std::size_t model, int last,
+                              int by) {
     if (!is_changed) return last;
     return decode_byte(in, 1, model, std::clamp(last + by, 0, 255));
   }

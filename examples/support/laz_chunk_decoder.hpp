@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -13,17 +14,17 @@
 
 namespace globalmatch::support::laz {
 
-/// Decodes one chunk after the other; what it allocates is kept for the next.
+/// Decodes one chunk after the other. What it allocates is kept for the next.
 class chunk_decoder {
  public:
   chunk_decoder(const file_bytes& file, const record_layout& layout);
   ~chunk_decoder();
 
-  /// Decodes coordinates and marks of all points of a chunk, and of the attributes no more than needed.
+  /// Decodes coordinates and marks of all points of a chunk, and of their attributes no more than needed.
   /// Throws `file_error` when the chunk is damaged.
   void decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks);
 
-  /// The same, for whole records as files have them that are not compressed.
+  /// Decodes whole records, as files have them that are not compressed.
   void decode_records(const chunk& chunk, std::span<char> records);
 
   /// [bytes] of a chunk that starts at `offset` and holds `count` points of a format without layers.
@@ -34,14 +35,11 @@ class chunk_decoder {
 
   template <class Output>
   void decode_into(const chunk& chunk, const Output& output);
-  std::span<const char> read(std::uint64_t offset, std::uint64_t size);
   std::uint64_t coordinates_size(const chunk& chunk);
 
   const file_bytes& file_;
   record_layout layout_;
   std::unique_ptr<models> models_;
-  std::unique_ptr<char[]> bytes_;
-  std::size_t capacity_ = 0;
 };
 
 /// Decoders that threads take and give back.

@@ -94,7 +94,7 @@ std::vector<table_entry> chunk_locator::read_table() const {
   if (version != known_version || size > bytes_of_chunks / layout_.record_size()) return {};
   const std::uint64_t longest = 16 * size + 1024;
   const auto length = static_cast<std::size_t>(std::min(bytes_of_table, longest));
-  std::string bytes(length + padding, '\0');
+  std::string bytes(length + 4 * arithmetic_decoder::max_bytes, '\0');
   file_.read(table_at_ + 8, {bytes.data(), length});
   arithmetic_decoder in({bytes.data(), length});
   const auto numbers = std::make_unique_for_overwrite<integer_decoder<32, 2>>();

@@ -13,20 +13,19 @@ namespace globalmatch::support::laz {
 template <std::uint32_t Capacity, std::size_t Count>
 class lazy_models {
  public:
-  void reset() { std::fill_n(ready_, words, std::uint64_t(0)); }
+  void reset() { ++epoch_; }
 
-  symbol_model<Capacity>& get(std::size_t index, std::uint32_t symbols = Capacity) {
-    const std::uint64_t bit = std::uint64_t(1) << index % 64;
-    if (!(ready_[index / 64] & bit)) {
-      ready_[index / 64] |= bit;
-      models_[index].reset(symbols);
+  LAZ_INLINE symbol_model<Capacity>& get(std::size_t index, std::uint32_t symbols = Capacity) {
+    symbol_model<Capacity>& model = models_[index];
+    if (model.epoch != epoch_) {
+      model.epoch = epoch_;
+      model.reset(symbols);
     }
-    return models_[index];
+    return model;
   }
 
  private:
-  static constexpr std::size_t words = (Count + 63) / 64;
-  std::uint64_t ready_[words];
+  std::uint32_t epoch_ = 0;
   symbol_model<Capacity> models_[Count];
 };
 
@@ -42,9 +41,11 @@ class integer_decoder {
     length_ = 0;
   }
 
-  std::int32_t decode(arithmetic_decoder& in, std::int32_t predicted, std::size_t context = 0) {
+  LAZ_INLINE std::int32_t decode(arithmetic_decoder& from, std::int32_t predicted, std::size_t context = 0) {
+    arithmetic_decoder in = from;
     length_ = in.decode(lengths_.get(context));
     const std::uint32_t value = static_cast<std::uint32_t>(predicted) + correction(in);
+    from = in;
     return static_cast<std::int32_t>(Bits < 32 ? value & ((std::uint64_t(1) << Bits) - 1) : value);
   }
 
@@ -54,15 +55,21 @@ class integer_decoder {
  private:
   static constexpr unsigned upper_bits = 8;
 
-  std::uint32_t correction(arithmetic_decoder& in) {
-    if (length_ == 0) return in.decode(one_);
-    if (length_ == 32) return 0x80000000u;
-    const unsigned lower_bits = length_ > upper_bits ? length_ - upper_bits : 0;
-    std::uint32_t c = in.decode(uppers_.get(length_ - 1, 1u << (length_ - lower_bits)));
-    if (lower_bits > 0) c = c << lower_bits | in.decode_bits(lower_bits);
+  LAZ_INLINE std::uint32_t correction(arithmetic_decoder& in) {
+    const std::uint32_t length = length_;
+    if (length == 0) return in.decode(one_);
+    std::uint32_t c;
+    if (length <= upper_bits) {
+      c = in.decode(uppers_.get(length - 1, 1u << length));
+    } else {
+      if (length == 32) return 0x80000000u;
+      const unsigned lower_bits = length - upper_bits;
+      c = in.decode(uppers_.get(length - 1)) << lower_bits;
+      c |= in.decode_bits(lower_bits);
+    }
     // The lower half of the numbers of k bits are those from -(2^k - 1), the upper those to 2^k.
-    const bool is_positive = c >> (length_ - 1) != 0;
-    return is_positive ? c + 1 : c - ((1u << length_) - 1);
+    const std::uint32_t is_negative = ~c >> (length - 1) & 1u;
+    return c + 1 - (is_negative << length);
   }
 
   std::uint32_t length_;
@@ -81,11 +88,11 @@ class running_median {
 
   std::int32_t get() const { return sorted_[2]; }
 
-  void add(std::int32_t value) {
+  LAZ_INLINE void add(std::int32_t value) {
     const std::int32_t median = sorted_[2];
-    const std::int32_t* kept = sorted_ + !drops_largest_;
+    const std::int32_t* kept = sorted_ + 1 - drops_largest_;
     const std::int32_t a = kept[0], b = kept[1], c = kept[2], d = kept[3];
-    drops_largest_ = drops_largest_ ? value < median : value <= median;
+    drops_largest_ = (value < median) | ((value == median) & !drops_largest_);
     sorted_[0] = std::min(a, value);
     sorted_[1] = std::max(a, std::min(b, value));
     sorted_[2] = std::max(b, std::min(c, value));

@@ -1,7 +1,9 @@
 // Internal to the LAZ reader: points of the formats 0 to 3, whose items are coded one after the other.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -72,13 +74,10 @@ class point10_decoder {
     heights_.fill(0);
   }
 
-  const point10& decode(arithmetic_decoder& in) {
-    const std::uint32_t changed = in.decode(changed_);
-    if (changed & 32) last_.returns = static_cast<std::uint8_t>(in.decode(returns_.get(last_.returns)));
-    const unsigned number = last_.returns & 7u, of = last_.returns >> 3 & 7u;
-    const std::size_t kind = return_kinds[of][number];
-    if (changed) decode_attributes(in, changed, kind);
-    decode_position(in, kind, number > of ? number - of : of - number, of == 1);
+  /// The next point.
+  LAZ_INLINE const point10& decode(arithmetic_decoder& in) {
+    decode_attributes(in);
+    decode_position(in);
     return last_;
   }
 
@@ -91,35 +90,12 @@ class point10_decoder {
       {9, 10, 11, 12, 13, 14, 15, 14}, {8, 9, 10, 11, 12, 13, 14, 15},
   };
 
-  void decode_attributes(arithmetic_decoder& in, std::uint32_t changed, std::size_t kind) {
-    if (changed & 16)
-      intensities_[kind] = static_cast<std::uint16_t>(
-          intensity_.decode(in, intensities_[kind], std::min<std::size_t>(kind, 3)));
-    last_.intensity = intensities_[kind];
-    if (changed & 8) last_.class_byte = static_cast<std::uint8_t>(in.decode(classes_.get(last_.class_byte)));
-    if (changed & 4) {
-      const std::size_t direction = last_.returns >> 6 & 1u;
-      last_.scan_angle = static_cast<std::uint8_t>(last_.scan_angle + in.decode(scan_angles_.get(direction)));
-    }
-    if (changed & 2) last_.user_data = static_cast<std::uint8_t>(in.decode(user_data_.get(last_.user_data)));
-    if (changed & 1) last_.source = static_cast<std::uint16_t>(source_.decode(in, last_.source));
-  }
-
-  void decode_position(arithmetic_decoder& in, std::size_t kind, std::size_t level, bool is_single) {
-    raw_point& p = last_.position;
-    const std::int32_t dx = x_.decode(in, x_medians_[kind].get(), is_single);
-    x_medians_[kind].add(dx);
-    p.x = wrapping_sum(p.x, dx);
-    const std::int32_t dy =
-        y_.decode(in, y_medians_[kind].get(), is_single + length_context(x_.length(), 20));
-    y_medians_[kind].add(dy);
-    p.y = wrapping_sum(p.y, dy);
-    const std::uint32_t length = (x_.length() + y_.length()) / 2;
-    p.z = z_.decode(in, heights_[level], is_single + length_context(length, 18));
-    heights_[level] = p.z;
-  }
+  LAZ_INLINE void decode_attributes(arithmetic_decoder& in);
+  LAZ_INLINE void decode_position(arithmetic_decoder& in);
 
   point10 last_;
+  std::uint32_t kind_, level_;  // of the point
+  bool is_single_;
   std::array<std::uint16_t, 16> intensities_;
   std::array<std::int32_t, 8> heights_;
   std::array<running_median, 16> x_medians_, y_medians_;
@@ -133,79 +109,114 @@ class point10_decoder {
   lazy_models<256, 256> returns_, classes_, user_data_;
 };
 
-/// Decodes chunks of the formats 0 to 3.
-class item_decoder {
+void point10_decoder::decode_attributes(arithmetic_decoder& in) {
+  const std::uint32_t changed = in.decode(changed_);
+  if (changed & 32) last_.returns = static_cast<std::uint8_t>(in.decode(returns_.get(last_.returns)));
+  const unsigned number = last_.returns & 7u, count = last_.returns >> 3 & 7u;
+  kind_ = return_kinds[count][number];
+  level_ = number > count ? number - count : count - number;
+  is_single_ = count == 1;
+  if (!changed) return;
+  if (changed & 16)
+    intensities_[kind_] = static_cast<std::uint16_t>(
+        intensity_.decode(in, intensities_[kind_], std::min<std::size_t>(kind_, 3)));
+  last_.intensity = intensities_[kind_];
+  if (changed & 8) last_.class_byte = static_cast<std::uint8_t>(in.decode(classes_.get(last_.class_byte)));
+  if (changed & 4) {
+    const std::size_t direction = last_.returns >> 6 & 1u;
+    last_.scan_angle = static_cast<std::uint8_t>(last_.scan_angle + in.decode(scan_angles_.get(direction)));
+  }
+  if (changed & 2) last_.user_data = static_cast<std::uint8_t>(in.decode(user_data_.get(last_.user_data)));
+  if (changed & 1) last_.source = static_cast<std::uint16_t>(source_.decode(in, last_.source));
+}
+
+void point10_decoder::decode_position(arithmetic_decoder& in) {
+  raw_point& p = last_.position;
+  const std::int32_t dx = x_.decode(in, x_medians_[kind_].get(), is_single_);
+  x_medians_[kind_].add(dx);
+  p.x = wrapping_sum(p.x, dx);
+  const std::int32_t dy =
+      y_.decode(in, y_medians_[kind_].get(), is_single_ + length_context(x_.length(), 20));
+  y_medians_[kind_].add(dy);
+  p.y = wrapping_sum(p.y, dy);
+  const std::uint32_t length = (x_.length() + y_.length()) / 2;
+  p.z = z_.decode(in, heights_[level_], is_single_ + length_context(length, 18));
+  heights_[level_] = p.z;
+}
+
+/// The models of a chunk.
+struct item_models {
+  point10_decoder point;
+  time_decoder<true> time;
+  color_decoder colors;
+  std::vector<symbol_model<256>> extra;
+  std::vector<std::uint8_t> last_extra;
+};
+
+/// Decodes a chunk of the formats 0 to 3.
+template <bool HasTime, bool HasColor, class Output>
+class item_chunk {
  public:
-  /// Decodes `count` points from `bytes`, behind which `padding` more can be read. Returns how many bytes
-  /// that took. Throws `damaged_chunk`.
-  template <class Output>
-  std::size_t decode(const record_layout& layout, std::span<const char> bytes, std::size_t count,
-                     const Output& output) {
-    const auto decode_with = [&]<bool HasTime, bool HasColor>(std::bool_constant<HasTime>,
-                                                              std::bool_constant<HasColor>) {
-      return decode_chunk<HasTime, HasColor>(layout, bytes, count, output);
-    };
-    constexpr std::true_type yes;
-    constexpr std::false_type no;
-    if (layout.has_color()) return layout.has_time() ? decode_with(yes, yes) : decode_with(no, yes);
-    return layout.has_time() ? decode_with(yes, no) : decode_with(no, no);
+  /// Of `bytes`, behind which decoders can read on. Throws `damaged_chunk`.
+  item_chunk(item_models& models, const record_layout& layout, std::span<const char> bytes, Output output)
+      : models_(models), output_(output) {
+    if (bytes.size() < layout.record_size()) throw damaged_chunk();
+    const char* at = bytes.data();
+    first_ = point10::load_from(at);
+    models_.point.reset(first_);
+    at += point10::size;
+    if constexpr (HasTime) {
+      time_ = load<std::uint64_t>(at, std::endian::little);
+      models_.time.reset(time_);
+      at += 8;
+    }
+    if constexpr (HasColor) {
+      color_ = color::load_from(at);
+      models_.colors.reset();
+      at += 6;
+    }
+    models_.extra.resize(layout.extra_bytes);
+    for (auto& model : models_.extra) model.reset();
+    models_.last_extra.assign(at, at + layout.extra_bytes);
+    bytes_ = bytes;
+  }
+
+  /// Decodes all points. Returns how many bytes they take. Throws `damaged_chunk`.
+  std::size_t decode(std::size_t count) {
+    put(0, first_);
+    arithmetic_decoder in(
+        bytes_.subspan(point10::size + 8 * HasTime + 6 * HasColor + models_.last_extra.size()));
+    for (std::size_t i = 1; i < count; ++i) {
+      const point10& point = models_.point.decode(in);
+      if constexpr (HasTime) time_ = models_.time.decode(in);
+      if constexpr (HasColor) color_ = models_.colors.decode(in, color_);
+      for (std::size_t k = 0; k < models_.extra.size(); ++k)
+        models_.last_extra[k] =
+            static_cast<std::uint8_t>(models_.last_extra[k] + in.decode(models_.extra[k]));
+      put(i, point);
+      if (in.is_overrun()) throw damaged_chunk();
+    }
+    return in.position_from(bytes_.data());
   }
 
  private:
-  template <bool HasTime, bool HasColor, class Output>
-  std::size_t decode_chunk(const record_layout& layout, std::span<const char> bytes, std::size_t count,
-                           const Output& output);
-
-  point10_decoder point_;
-  time_decoder<true> time_;
-  color_decoder color_;
-  std::vector<symbol_model<256>> extra_;
-  std::vector<std::uint8_t> last_extra_;
-};
-
-template <bool HasTime, bool HasColor, class Output>
-std::size_t item_decoder::decode_chunk(const record_layout& layout, std::span<const char> bytes,
-                                       std::size_t count, const Output& output) {
-  const std::size_t first_size = layout.record_size(), extra_bytes = layout.extra_bytes;
-  if (bytes.size() < first_size) throw damaged_chunk();
-  const char* first = bytes.data();
-  point10 point = point10::load_from(first);
-  first += point10::size;
-  point_.reset(point);
-  std::uint64_t time = 0;
-  if constexpr (HasTime) {
-    time = load<std::uint64_t>(first, std::endian::little);
-    first += 8;
-    time_.reset(time);
-  }
-  color rgb{};
-  if constexpr (HasColor) {
-    rgb = color::load_from(first);
-    first += 6;
-    color_.reset();
-  }
-  extra_.resize(extra_bytes);
-  for (auto& model : extra_) model.reset();
-  last_extra_.assign(first, first + extra_bytes);
-  arithmetic_decoder in(bytes.subspan(first_size));
-  for (std::size_t i = 0;;) {
+  LAZ_INLINE void put(std::size_t index, const point10& point) {
     if constexpr (Output::has_records) {
-      char* at = point.put(output.record(i));
-      if constexpr (HasTime) at = put_little(at, time);
-      if constexpr (HasColor) at = rgb.put(at);
-      std::copy(last_extra_.begin(), last_extra_.end(), at);
+      char* at = point.put(output_.record(index));
+      if constexpr (HasTime) at = put_little(at, time_);
+      if constexpr (HasColor) at = color_.put(at);
+      std::copy(models_.last_extra.begin(), models_.last_extra.end(), at);
     } else {
-      output.put(i, point.position, mark_of_class_byte(point.class_byte));
+      output_.put(index, point.position, mark_of_class_byte(point.class_byte));
     }
-    if (++i == count) break;
-    point = point_.decode(in);
-    if constexpr (HasTime) time = time_.decode(in);
-    if constexpr (HasColor) rgb = color_.decode(in, rgb);
-    for (std::size_t k = 0; k < extra_bytes; ++k)
-      last_extra_[k] = static_cast<std::uint8_t>(last_extra_[k] + in.decode(extra_[k]));
-    if (in.is_overrun()) throw damaged_chunk();
   }
-  return first_size + in.position_from(bytes.data() + first_size);
-}
+
+  item_models& models_;
+  Output output_;
+  std::span<const char> bytes_;
+  point10 first_;
+  std::uint64_t time_ = 0;
+  color color_{};
+};
 
 }  // namespace globalmatch::support::laz

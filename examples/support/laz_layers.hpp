@@ -82,10 +82,12 @@ class channel_decoder {
   /// The channel begins as if `first` had been its last point.
   void reset(const point14& first);
 
+  /// The last point.
   const point14& last() const { return last_; }
+  void set_number(std::uint8_t channel) { last_.channel = channel; }
 
   /// Which values of the point change that follows `last()`: bits.
-  std::uint32_t decode_changes(arithmetic_decoder& in) {
+  LAZ_INLINE std::uint32_t decode_changes(arithmetic_decoder& in) {
     const std::size_t context = last_.is_first() + 2 * last_.is_last() + 4 * time_changed_;
     return in.decode(changes_.get(context));
   }
@@ -95,16 +97,18 @@ class channel_decoder {
     return static_cast<std::uint8_t>((last_.channel + in.decode(channel_) + 1) % 4);
   }
 
-  void decode_coordinates(layer (&layers)[point_layers], std::uint32_t changes, std::uint8_t channel);
+  // The parts of the next point of the channel, to be decoded in this order.
+  LAZ_INLINE void decode_returns(arithmetic_decoder& in, std::uint32_t changes);
+  LAZ_INLINE void decode_position(arithmetic_decoder& xy, layer& z);
+  LAZ_INLINE void decode_class(layer& classes, layer& flags);
   void decode_attributes(layer (&layers)[point_layers], std::uint32_t changes);
 
  private:
-  void decode_returns(arithmetic_decoder& in, std::uint32_t changes);
-  void decode_class(layer (&layers)[point_layers]);
-  static std::size_t kind_of(unsigned number, unsigned count);
+  static std::uint32_t kind_of(unsigned number, unsigned count);
 
   point14 last_;
-  bool time_changed_;
+  bool time_changed_, is_single_;
+  std::uint32_t kind_, level_;  // of the last point
   std::array<std::int32_t, 8> heights_;
   std::array<running_median, 12> x_medians_, y_medians_;
   lazy_models<128, 8> changes_;
@@ -149,7 +153,7 @@ inline void channel_decoder::reset(const point14& first) {
 
 // Differences of points of the same number of return and number of returns are alike: one return, first and
 // last of several, and those between. Compressors map the pairs that make no sense to some kind, too.
-inline std::size_t channel_decoder::kind_of(unsigned number, unsigned count) {
+inline std::uint32_t channel_decoder::kind_of(unsigned number, unsigned count) {
   static constexpr std::uint8_t kinds[16][16] = {
       {0, 1, 2, 3, 4, 5, 3, 4, 4, 5, 5, 5, 5, 5, 5, 5}, {1, 0, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3},
       {2, 1, 2, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 3}, {3, 3, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4},
@@ -163,7 +167,8 @@ inline std::size_t channel_decoder::kind_of(unsigned number, unsigned count) {
   return kinds[count][number];
 }
 
-inline void channel_decoder::decode_returns(arithmetic_decoder& in, std::uint32_t changes) {
+void channel_decoder::decode_returns(arithmetic_decoder& in, std::uint32_t changes) {
+  time_changed_ = (changes & 16) != 0;
   if (changes & 4)
     last_.return_count = static_cast<std::uint8_t>(in.decode(return_counts_.get(last_.return_count)));
   unsigned number = last_.return_number;
@@ -175,45 +180,39 @@ inline void channel_decoder::decode_returns(arithmetic_decoder& in, std::uint32_
       number += 15;
       break;
     case 3:
-      number = changes & 16 ? in.decode(return_numbers_.get(number)) : number + in.decode(return_steps_) + 2;
+      number = time_changed_ ? in.decode(return_numbers_.get(number)) : number + in.decode(return_steps_) + 2;
       break;
   }
-  last_.return_number = number & 15u;
+  number &= 15u;
+  last_.return_number = static_cast<std::uint8_t>(number);
+  const unsigned count = last_.return_count;
+  kind_ = 2 * kind_of(number, count) + time_changed_;
+  level_ = std::min(number > count ? number - count : count - number, 7u);
+  is_single_ = count == 1;
 }
 
-inline void channel_decoder::decode_class(layer (&layers)[point_layers]) {
-  if (layers[class_layer].is_present) {
+void channel_decoder::decode_position(arithmetic_decoder& xy, layer& z) {
+  raw_point& p = last_.position;
+  const std::int32_t dx = x_.decode(xy, x_medians_[kind_].get(), is_single_);
+  x_medians_[kind_].add(dx);
+  p.x = wrapping_sum(p.x, dx);
+  const std::int32_t dy =
+      y_.decode(xy, y_medians_[kind_].get(), is_single_ + length_context(x_.length(), 20));
+  y_medians_[kind_].add(dy);
+  p.y = wrapping_sum(p.y, dy);
+  if (!z.is_present) return;
+  const std::uint32_t length = (x_.length() + y_.length()) / 2;
+  p.z = z_.decode(z.in, heights_[level_], is_single_ + length_context(length, 18));
+  heights_[level_] = p.z;
+}
+
+void channel_decoder::decode_class(layer& classes, layer& flags) {
+  if (classes.is_present) {
     const bool is_single = last_.is_first() && last_.is_last();
     const std::size_t context = (last_.class_number & 31u) * 2 + is_single;
-    last_.class_number = static_cast<std::uint8_t>(layers[class_layer].in.decode(classes_.get(context)));
+    last_.class_number = static_cast<std::uint8_t>(classes.in.decode(classes_.get(context)));
   }
-  if (layers[flags_layer].is_present)
-    last_.flags = static_cast<std::uint8_t>(layers[flags_layer].in.decode(flags_.get(last_.flags)));
-}
-
-inline void channel_decoder::decode_coordinates(layer (&layers)[point_layers], std::uint32_t changes,
-                                                std::uint8_t channel) {
-  arithmetic_decoder& in = layers[xy_layer].in;
-  last_.channel = channel;
-  decode_returns(in, changes);
-  const unsigned number = last_.return_number, count = last_.return_count;
-  time_changed_ = (changes & 16) != 0;
-  const std::size_t kind = 2 * kind_of(number, count) + time_changed_;
-  const bool is_single = count == 1;
-  raw_point& p = last_.position;
-  const std::int32_t dx = x_.decode(in, x_medians_[kind].get(), is_single);
-  x_medians_[kind].add(dx);
-  p.x = wrapping_sum(p.x, dx);
-  const std::int32_t dy = y_.decode(in, y_medians_[kind].get(), is_single + length_context(x_.length(), 20));
-  y_medians_[kind].add(dy);
-  p.y = wrapping_sum(p.y, dy);
-  if (layers[z_layer].is_present) {
-    const std::size_t level = std::min(number > count ? number - count : count - number, 7u);
-    const std::uint32_t length = (x_.length() + y_.length()) / 2;
-    p.z = z_.decode(layers[z_layer].in, heights_[level], is_single + length_context(length, 18));
-    heights_[level] = p.z;
-  }
-  decode_class(layers);
+  if (flags.is_present) last_.flags = static_cast<std::uint8_t>(flags.in.decode(flags_.get(last_.flags)));
 }
 
 inline void channel_decoder::decode_attributes(layer (&layers)[point_layers], std::uint32_t changes) {
