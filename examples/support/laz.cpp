@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "globalmatch/detail/core/threads.hpp"
+#include "support/large_array.hpp"
 #include "support/las_points.hpp"
 #include "support/laz_chunk_decoder.hpp"
 #include "support/laz_chunk_table.hpp"
@@ -65,9 +66,7 @@ class decoded_laz final : public point_source {
  public:
   decoded_laz(const file_bytes& file, const las_header& header, const record_layout& layout,
               const std::vector<laz::chunk>& chunks, const scan_options& options, std::size_t size)
-      : points_(std::make_unique_for_overwrite<raw_point[]>(size)),
-        marks_(std::make_unique_for_overwrite<point_mark[]>(size)),
-        scaling_(header.scale, header.offset, options.keep_marked, size) {
+      : points_(size), marks_(size), scaling_(header.scale, header.offset, options.keep_marked, size) {
     laz::chunk_decoders decoders(file, layout);
     const execution exec{.threads = options.threads};
     detail::parallel_for(
@@ -75,21 +74,21 @@ class decoded_laz final : public point_source {
         [&](std::size_t i) {
           const auto first = static_cast<std::size_t>(chunks[i].first);
           const auto count = static_cast<std::size_t>(chunks[i].count);
-          decoders.decode(chunks[i], {points_.get() + first, count}, {marks_.get() + first, count});
+          decoders.decode(chunks[i], {points_.data() + first, count}, {marks_.data() + first, count});
         },
         1);
   }
 
   std::size_t size() const override { return scaling_.size(); }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override {
-    scaling_.scale(first, {points_.get() + first, points.size()}, {marks_.get() + first, points.size()},
+    scaling_.scale(first, {points_.data() + first, points.size()}, {marks_.data() + first, points.size()},
                    points);
   }
   marked_points marked() const override { return scaling_.marked(); }
 
  private:
-  std::unique_ptr<raw_point[]> points_;
-  std::unique_ptr<point_mark[]> marks_;
+  large_array<raw_point> points_;
+  large_array<point_mark> marks_;
   mutable point_scaling scaling_;
 };
 
