@@ -61,7 +61,8 @@ inline char* point14::put(char* at) const {
   for (const std::int32_t coordinate : {position.x, position.y, position.z}) at = put_little(at, coordinate);
   at = put_little(at, intensity);
   at = put_little(at, static_cast<std::uint8_t>(return_count << 4 | return_number));
-  at = put_little(at, static_cast<std::uint8_t>((flags & 15u) | channel << 4 | (flags & 0x30u) << 2));
+  at = put_little(at,
+                  static_cast<std::uint8_t>((flags & 15u) | unsigned(channel) << 4 | (flags & 0x30u) << 2));
   at = put_little(at, class_number);
   at = put_little(at, user_data);
   at = put_little(at, scan_angle);
