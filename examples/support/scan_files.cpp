@@ -10,6 +10,7 @@
 
 #include "support/e57.hpp"
 #include "support/input_file.hpp"
+#include "support/las.hpp"
 #include "support/makers_formats.hpp"
 #include "support/pts.hpp"
 #include "support/ptx.hpp"

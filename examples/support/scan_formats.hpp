@@ -13,9 +13,6 @@ opened_scan open_ply(input_file& file);
 /// PCD: ascii, binary, binary_compressed.
 opened_scan open_pcd(input_file& file);
 
-/// LAS 1.0 to 1.4.
-opened_scan open_las(input_file& file, const scan_options& options);
-
 /// Lines of x, y, z and what else there may be: XYZ, CSV, TXT, PTS.
 opened_scan open_text(input_file& file);
 

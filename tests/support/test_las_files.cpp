@@ -1,10 +1,10 @@
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <limits>
 
 #include "catch.hpp"
-#include "file_checks.hpp"
-#include "support/scan_files.hpp"
+#include "las_checks.hpp"
 
 namespace globalmatch::support {
 
@@ -48,8 +48,10 @@ std::string variable_record(const std::string& user) {
   return record;
 }
 
+const auto read_file = [](const std::filesystem::path& path) { read_las_file(path); };
+
 void require_two_points(const std::filesystem::path& path) {
-  const points read = read_scan(path);
+  const points read = read_las_file(path);
   REQUIRE(read.size() == 2);
   CHECK((read[0] - Eigen::Vector3d(1.01, 502, -3)).norm() < 1e-12);
   CHECK((read[1] - Eigen::Vector3d(1, 500, 0)).norm() < 1e-12);
@@ -87,8 +89,15 @@ TEST_CASE("LAS points of the noise classes or withheld are left out and counted,
       put_at(bytes, header_size_1_2 + (is_long ? 16 : 15), noise);
       put_at(bytes, header_size_1_2 + record_size + 15, std::uint8_t(is_long ? 0x04 : 0x80));
       const auto file = directory.file("a.las", bytes);
-      CHECK(read_scan(file).empty());
-      CHECK(read_scan(file, {.keep_marked = true}).size() == 2);
+      CHECK(read_las_file(file).empty());
+      CHECK(read_las_file(file, {.keep_marked = true}).size() == 2);
+      const opened_scan scan = open_las_file(file);
+      CHECK(scan.points->size() == 2);
+      all_points(*scan.points, 1);  // no whole block
+      CHECK(scan.points->marked().noise == 0);
+      for (int pass = 0; pass < 2; ++pass) all_points(*scan.points);
+      CHECK(scan.points->marked().noise == 1);
+      CHECK(scan.points->marked().withheld == 1);
     }
     std::string ground = las(header_size_1_2, format, 2);
     put_at(ground, header_size_1_2 + (is_long ? 16 : 15), std::uint8_t(2));
@@ -98,48 +107,77 @@ TEST_CASE("LAS points of the noise classes or withheld are left out and counted,
 
 TEST_CASE("a LAS file without points is an empty scan, and one that does not count them has all there are") {
   const temporary_directory directory;
-  CHECK(read_scan(directory.file("a.las", las(header_size_1_2, 0, 0))).size() == 2);
+  CHECK(read_las_file(directory.file("a.las", las(header_size_1_2, 0, 0))).size() == 2);
   std::string odd = las(header_size_1_2, 0, 0);
   odd.pop_back();
-  CHECK(read_scan(directory.file("odd.las", odd)).empty());
-  CHECK(read_scan(directory.file("b.las", las(header_size_1_2, 0, 0).substr(0, header_size_1_2))).empty());
+  CHECK(read_las_file(directory.file("odd.las", odd)).empty());
+  CHECK(
+      read_las_file(directory.file("b.las", las(header_size_1_2, 0, 0).substr(0, header_size_1_2))).empty());
 }
 
 TEST_CASE("a LAS file that announces more variable records than it has is read") {
   const temporary_directory directory;
   std::string bytes = las(header_size_1_2, 0, 2, variable_record("other"));
   put_at(bytes, at_variable_records, std::uint32_t(40));
-  CHECK(read_scan(directory.file("a.las", bytes)).size() == 2);
+  CHECK(read_las_file(directory.file("a.las", bytes)).size() == 2);
 }
 
-TEST_CASE("a compressed LAS file is refused with the commands that convert it") {
+TEST_CASE("a LAS header names the format, and a record the extra bytes") {
   const temporary_directory directory;
-  std::string with_record =
-      las(header_size_1_2, 3, 2, variable_record("other") + variable_record("laszip encoded"));
-  put_at(with_record, at_variable_records, std::uint32_t(2));
-  for (const std::string& bytes :
-       {las(header_size_1_2, 0x80 | 3, 2), las(header_size_1_2, 0x40 | 1, 2), with_record}) {
-    const auto laz = directory.file("a.laz", bytes);
-    const std::string names = '"' + laz.string() + "\" ";
-    const std::string out = '"' + (directory / "a.las").string() + '"';
-    require_error(laz, read_scan, "compressed (LAZ)", "las2las -i " + names + "-o " + out);
-    require_error(laz, read_scan, "compressed (LAZ)", "pdal translate " + names + out);
-    require_error(directory.file("b.las", bytes), read_scan, "compressed (LAZ)",
-                  (directory / "b.uncompressed.las").string());
-  }
+  std::string extra(192, '\0');
+  extra.replace(4, 9, "amplitude");
+  std::string record = variable_record("LASF_Spec").substr(0, 54) + extra;
+  put_at(record, 18, std::uint16_t(4));
+  put_at(record, 20, std::uint16_t(192));
+  std::string bytes = las(header_size_1_2, 3, 2, record);
+  put_at(bytes, at_variable_records, std::uint32_t(1));
+  const scan_header header = open_las_file(directory.file("a.las", bytes)).header;
+  CHECK(header.format == "LAS 1.2, point format 3");
+  CHECK(header.attributes.front() == "intensity");
+  CHECK(header.attributes.back() == "amplitude");
+  CHECK(std::count(header.attributes.begin(), header.attributes.end(), "GPS time") == 1);
+  CHECK(open_las_file(directory.file("b.las", las(header_size_1_4, 6, 2))).header.format ==
+        "LAS 1.4, point format 6");
+}
+
+TEST_CASE("marked points are counted once, in blocks that were read whole") {
+  const temporary_directory directory;
+  std::string bytes = las(header_size_1_2, 0, 0);
+  std::string record(record_size, '\0');
+  record[15] = 7;
+  constexpr std::size_t block = point_source::block_size, count = 2 * block + 500;
+  bytes.resize(header_size_1_2);
+  for (std::size_t i = 0; i < count; ++i) bytes += record;
+  const opened_scan scan = open_las_file(directory.file("a.las", bytes));
+  REQUIRE(scan.points->size() == count);
+  points some(count - block + 24);
+  scan.points->read(500, std::span(some).first(block));
+  CHECK(scan.points->marked().noise == 0);
+  scan.points->read(block - 24, some);
+  CHECK(scan.points->marked().noise == count - block);
+  for (int pass = 0; pass < 2; ++pass) all_points(*scan.points);
+  CHECK(scan.points->marked().noise == count);
+  CHECK(some.front().hasNaN());
+}
+
+TEST_CASE("a LAS file that claims to be compressed without saying how is refused") {
+  const temporary_directory directory;
+  for (const std::uint8_t format : {std::uint8_t(0x80 | 3), std::uint8_t(0x40 | 1)})
+    require_error(directory.file("a.laz", las(header_size_1_2, format, 2, variable_record("other"))),
+                  read_file, "LASzip record is missing", "again");
 }
 
 TEST_CASE("a LAS file that announces more than it holds is refused before anything is allocated") {
   const temporary_directory directory;
-  require_error(directory.file("a.las", las(header_size_1_2, 0, 3)), read_scan, "ends before", "again");
-  require_error(directory.file("b.las", las(header_size_1_2, 0, 4'000'000'000u)), read_scan, "ends before",
+  require_error(directory.file("a.las", las(header_size_1_2, 0, 3)), read_file, "ends before", "again");
+  require_error(directory.file("b.las", las(header_size_1_2, 0, 4'000'000'000u)), read_file, "ends before",
                 "again");
   std::string bytes = las(header_size_1_4, 6, 0);
   put_at(bytes, at_count_1_4, std::uint64_t(1'000'000'000'000'000'000u));
-  require_error(directory.file("c.las", bytes), read_scan, "ends before", "again");
+  require_error(directory.file("c.las", bytes), read_file, "ends before", "again");
   bytes = las(header_size_1_2, 0, 2);
   put_at(bytes, at_points, std::uint32_t(4'000'000'000u));
-  require_error(directory.file("d.las", bytes), read_scan, "ends before", "again");
+  require_error(directory.file("d.las", bytes), read_file, "ends before", "again");
 }
 
 TEST_CASE("each prefix of a LAS file is refused") {
@@ -147,7 +185,7 @@ TEST_CASE("each prefix of a LAS file is refused") {
   const std::string whole = las(header_size_1_2, 0, 2);
   for (std::size_t size = 4; size < whole.size(); ++size) {
     const auto path = directory.file("part.las", whole.substr(0, size));
-    CHECK(error_of([&] { read_scan(path); }).find("part.las") != std::string::npos);
+    CHECK(error_of([&] { read_las_file(path); }).find("part.las") != std::string::npos);
   }
 }
 
@@ -156,7 +194,7 @@ TEST_CASE("a LAS header that makes no sense is refused") {
   const auto require_damaged = [&](std::size_t offset, auto value) {
     std::string bytes = las(header_size_1_2, 0, 2);
     put_at(bytes, offset, value);
-    require_error(directory.file("a.las", bytes), read_scan, "damaged LAS header", "again");
+    require_error(directory.file("a.las", bytes), read_file, "damaged LAS header", "again");
   };
   require_damaged(at_scale, 0.0);
   require_damaged(at_offset, std::numeric_limits<double>::quiet_NaN());
