@@ -41,7 +41,8 @@ void require_distinct_names(const std::vector<fs::path>& scans, const std::vecto
   std::set<fs::path> names, transforms;
   for (const fs::path& file : scans)
     if (!names.insert(support::name_of(file)).second)
-      throw support::file_error(file, "two scans have this name", "Rename one: the results are named by it.");
+      throw support::file_error(file, "two scans have the name " + support::name_of(file),
+                                "Rename one: the results are named by it");
   for (const scan_pair& pair : pairs)
     if (!transforms.insert(pair.transform_file).second)
       throw support::file_error(pair.transform_file, "two pairs of scans would write this file",
@@ -71,7 +72,10 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
-    if (!options.tiles) scan_files = support::find_scans(scan_files);
+    scan_files = support::find_scans(scan_files, options.tiles);
+    std::erase_if(scan_files, [&](const fs::path& scan) { return support::is_same_scan(scan, target_file); });
+    if (scan_files.empty())
+      throw std::invalid_argument("SOURCE: no scan besides TARGET: name others, or a folder of them");
     scan_files.insert(scan_files.begin(), target_file);
     const std::vector<scan_pair> pairs = pairs_of(scan_files, out_dir, all_pairs);
     require_distinct_names(scan_files, pairs);

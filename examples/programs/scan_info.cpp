@@ -9,7 +9,9 @@
 #include "support/scan_sets.hpp"
 #include "support/scan_summary.hpp"
 
+#include <cmath>
 #include <iostream>
+#include <optional>
 #include <sstream>
 
 using namespace globalmatch;
@@ -38,8 +40,7 @@ const char* describe_ground(const stem_map& map) {
   }
 }
 
-std::string one_line(const support::scan_header& header, const support::scan_summary& summary,
-                     const stem_map& map) {
+std::string one_line(const support::scan_header& header, const support::scan_summary& summary) {
   std::ostringstream text;
   text << header.format << ", " << summary.points << " points";
   if (summary.points > 0) {
@@ -47,75 +48,98 @@ std::string one_line(const support::scan_header& header, const support::scan_sum
     text << ", " << in_metres(size.x()) << " x " << in_metres(size.y()) << " x " << in_metres(size.z())
          << " m";
   }
-  for (std::size_t r = 0; r < summary.density.size(); ++r)
-    text << (r == 0 ? ", " : "/") << std::llround(summary.density[r]);
-  text << " points/m2 at 5/10/20 m";
+  for (std::size_t r = 0; summary.density && r < summary.density->size(); ++r)
+    text << (r == 0 ? ", " : "/") << std::llround((*summary.density)[r]);
+  text << (summary.density ? " points/m2 at 5/10/20 m"
+                           : ", no density: the scanner is elsewhere (--scanner)");
   for (std::size_t a = 0; a < header.attributes.size(); ++a)
     text << (a == 0 ? ", " : " ") << header.attributes[a];
   if (header.pose) text << ", pose in the header";
-  text << ", " << describe_ground(map) << ", " << map.stems.size() << " stems";
   return text.str();
 }
 
-ordered_json to_json(const support::scan_header& header, const support::scan_summary& summary,
-                     const stem_map& map) {
+ordered_json to_json(const support::scan_header& header, const support::scan_summary& summary) {
   ordered_json report = {{"format", header.format}, {"points", summary.points}};
   if (summary.points > 0)
     report["extent"] = {{"min", to_json(summary.extent.min())}, {"max", to_json(summary.extent.max())}};
   else
     report["extent"] = nullptr;
-  report["density"] = {{"distance", support::scan_summary::distances}, {"points_per_m2", summary.density}};
+  report["density"] = {{"distance", support::scan_summary::distances}, {"points_per_m2", nullptr}};
+  if (summary.density) report["density"]["points_per_m2"] = *summary.density;
   report["attributes"] = header.attributes;
   if (header.pose)
     for (int i = 0; i < 16; ++i) report["survey_from_file"].push_back(header.pose->matrix()(i / 4, i % 4));
   else
     report["survey_from_file"] = nullptr;
-  report["ground"] = describe_ground(map);
-  report["stems"] = map.stems.size();
   return report;
+}
+
+// What one scan holds goes to standard output and into `report`, what looks wrong to standard error as well.
+void look_at(const std::filesystem::path& file, const support::shared_options& options,
+             ordered_json& report) {
+  const support::scan_file scan = support::open_scan(file, options.for_reading());
+  const std::optional<Eigen::Vector3d> scanner =
+      options.scanner.empty() ? std::nullopt : std::optional(Eigen::Vector3d(options.scanner.data()));
+  const support::scan_summary summary = support::summarise(scan, scanner);
+  report.update(to_json(scan.header(), summary));
+  std::cout << file.string() << ": " << one_line(scan.header(), summary) << std::flush;
+  const execution exec{.threads = options.threads};
+  std::optional<stem_map> map;
+  try {
+    map = map_stems(scan, options.for_mapping(), options.up_direction(), exec);
+  } catch (...) {
+    std::cout << '\n';
+    throw;
+  }
+  std::cout << ", " << describe_ground(*map) << ", " << map->stems.size() << " stems\n";
+  report["ground"] = describe_ground(*map);
+  report["stems"] = map->stems.size();
+  const auto warnings = support::warnings_of(*map, scan.marked(), options.keep_noise);
+  support::print(warnings, file);
+  support::warn_if_tilted(*map, file);
+  report["warnings"] = support::describe(warnings);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Says what scan files hold, and whether units, vertical and ground look right.", "scan_info");
-  std::vector<std::filesystem::path> files;
+  std::vector<std::filesystem::path> names;
   support::shared_options options;
-  app.add_option("SCAN", files, "files of points, or folders of them; name#K: scan K of a file of several")
+  app.add_option("SCAN", names, "files of points, or folders of them; name#K: scan K of a file of several")
       ->required();
   options.add_mapping_to(app);
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({options.json});
-    const Eigen::Vector3d scanner =
-        options.scanner.empty() ? Eigen::Vector3d::Zero()
-                                : Eigen::Vector3d(options.scanner[0], options.scanner[1], options.scanner[2]);
     ordered_json reports = ordered_json::array();
     bool all_read = true;
-    for (const auto& file : options.tiles ? files : support::find_scans(files)) {
-      ordered_json report = {{"path", file.string()}};
-      try {  // what is wrong with one file says nothing of the others
-        const support::scan_file scan = support::open_scan(file, options.for_reading());
-        const support::scan_summary summary = support::summarise(scan, scanner);
-        const stem_map map =
-            map_stems(scan, options.for_mapping(), options.up_direction(), {.threads = options.threads});
-        const auto warnings = support::warnings_of(map, scan.marked(), options.keep_noise);
-        std::cout << file.string() << ": " << one_line(scan.header(), summary, map) << '\n';
-        support::print(warnings, file);
-        support::warn_if_tilted(map, file);
-        report.update(to_json(scan.header(), summary, map));
-        report["warnings"] = support::describe(warnings);
+    // What is wrong with one file says nothing of the others.
+    const auto attempt = [&](const std::filesystem::path& name, ordered_json& report, const auto& work) {
+      const auto fail = [&](const std::string& message) {
+        std::cerr << message << '\n';
+        report["error"] = message;
+        all_read = false;
+      };
+      try {
+        work();
       } catch (const support::file_error& error) {
-        std::cerr << error.what() << '\n';
-        report["error"] = error.what();
-        all_read = false;
+        fail(error.what());
       } catch (const std::invalid_argument& error) {
-        std::cerr << file.string() << ": " << error.what() << '\n';
-        report["error"] = error.what();
-        all_read = false;
+        fail(name.string() + ": " + error.what());
       }
-      reports.push_back(std::move(report));
+    };
+    for (const auto& name : names) {
+      std::vector<std::filesystem::path> files;
+      ordered_json unread = {{"path", name.string()}};
+      attempt(name, unread, [&] { files = support::find_scans({name}, options.tiles); });
+      if (unread.contains("error")) reports.push_back(unread);
+      for (const auto& file : files) {
+        ordered_json report = {{"path", file.string()}};
+        attempt(file, report, [&] { look_at(file, options, report); });
+        reports.push_back(std::move(report));
+      }
     }
     support::write_json(options.json, {{"scans", std::move(reports)}});
     return all_read ? support::done : support::unusable_input;

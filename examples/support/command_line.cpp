@@ -22,7 +22,7 @@ void shared_options::add_mapping_to(CLI::App& app) {
          "given: as --up says; stems: mean axis of the stems; auto: that if the stems are clearly tilted")
       ->check(CLI::IsMember({"given", "stems", "auto"}))
       ->capture_default_str();
-  app.add_option("--scanner", scanner, "position of the scanner; accepted, but nothing depends on it yet")
+  app.add_option("--scanner", scanner, "position of the scanner, around which scan_info measures densities")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");

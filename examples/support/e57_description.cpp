@@ -84,6 +84,8 @@ e57_field field_of(const e57_pages& pages, const pugi::xml_node& node, std::size
     if (type == "ScaledInteger") {
       field.scale = number_in(pages, "scale", node.attribute("scale").value(), 1);
       field.offset = number_in(pages, "offset", node.attribute("offset").value(), 0);
+      if (field.scale == 0 || !std::isfinite(field.scale) || !std::isfinite(field.offset))
+        pages.fail_damaged("has a scale or an offset that is no number in " + quoted(node.name()));
     }
   } else {
     pages.fail_damaged("has " + quoted(node.name()) + " of type " + quoted(type) + ", which is no number");
@@ -178,7 +180,9 @@ e57_scan e57_description::scan(std::size_t number) const {
   scan.size = count_in(pages_, points, "recordCount");
   // No coordinates take less than a bit, and no writer's less than a byte: this bounds what else is
   // allocated.
-  if (scan.size > pages_.size()) pages_.fail_truncated();
+  if (scan.size > pages_.size())
+    pages_.fail("announces " + std::to_string(scan.size) + " points, more than it has bytes",
+                "It is probably truncated, or all of its points are at one place: export it again");
   const std::vector<pugi::xml_node> leaves = leaves_of(points.child("prototype"));
   scan.streams = leaves.size();
   find_coordinates(pages_, leaves, scan);

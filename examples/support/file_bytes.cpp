@@ -1,5 +1,7 @@
 #include "support/file_bytes.hpp"
 
+#include <cerrno>
+#include <string>
 #include <system_error>
 #include <utility>
 
@@ -8,8 +10,6 @@
 #if defined(__unix__) || defined(__APPLE__)
 #include <fcntl.h>
 #include <unistd.h>
-
-#include <cerrno>
 #else
 #include <fstream>
 #include <mutex>
@@ -21,13 +21,14 @@ namespace {
 
 void require_regular(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
-  std::error_code ignored;
-  if (!fs::exists(path, ignored))
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found)
     throw file_error(path, "does not exist", "Check the spelling and the current directory");
-  if (fs::is_directory(path, ignored))
+  if (error) throw file_error(path, "cannot be opened (" + error.message() + ")", "Check its permissions");
+  if (fs::is_directory(status))
     throw file_error(path, "is a folder", "Name a file in it; a folder of tiles of one scan needs --tiles");
-  if (!fs::is_regular_file(path, ignored))
-    throw file_error(path, "is not a regular file", "Name a file on disk");
+  if (!fs::is_regular_file(status)) throw file_error(path, "is not a regular file", "Name a file on disk");
 }
 
 }  // namespace
@@ -44,11 +45,12 @@ struct file_bytes::handle {
 
   bool is_open() const { return number >= 0; }
 
-  /// Whether all of `bytes` was there.
+  /// Whether all of `bytes` was there; `errno` is 0 where the file ends before.
   bool read(std::uint64_t offset, std::span<char> bytes) const {
     while (!bytes.empty()) {
       const ssize_t count = pread(number, bytes.data(), bytes.size(), static_cast<off_t>(offset));
       if (count < 0 && errno == EINTR) continue;
+      if (count == 0) errno = 0;
       if (count <= 0) return false;
       offset += static_cast<std::uint64_t>(count);
       bytes = bytes.subspan(static_cast<std::size_t>(count));
@@ -83,8 +85,15 @@ struct file_bytes::handle {
 file_bytes::file_bytes(std::filesystem::path path) : path_(std::move(path)) {
   require_regular(path_);
   handle_ = std::make_unique<handle>(path_);
-  if (!handle_->is_open()) fail("cannot be opened for reading", "Check the permissions of the file");
-  size_ = std::filesystem::file_size(path_);
+  if (!handle_->is_open()) {
+    const bool too_many = errno == EMFILE || errno == ENFILE;
+    fail("cannot be opened for reading (" + std::generic_category().message(errno) + ")",
+         too_many ? "Raise the number of files that may be open (ulimit -n)"
+                  : "Check the permissions of the file");
+  }
+  std::error_code error;
+  size_ = std::filesystem::file_size(path_, error);
+  if (error) fail("cannot be read (" + error.message() + ")", "Try again, or copy it to another disk");
 }
 
 file_bytes::~file_bytes() = default;
@@ -92,7 +101,12 @@ file_bytes::file_bytes(file_bytes&&) noexcept = default;
 file_bytes& file_bytes::operator=(file_bytes&&) noexcept = default;
 
 void file_bytes::read(std::uint64_t offset, std::span<char> bytes) const {
-  if (offset > size_ || bytes.size() > size_ - offset || !handle_->read(offset, bytes)) fail_truncated();
+  if (offset > size_ || bytes.size() > size_ - offset) fail_truncated();
+  errno = 0;
+  if (handle_->read(offset, bytes)) return;
+  if (errno == 0) fail_truncated();
+  fail("cannot be read (" + std::generic_category().message(errno) + ")",
+       "Try again, or copy it to another disk");
 }
 
 void file_bytes::fail(std::string_view problem, std::string_view remedy) const {

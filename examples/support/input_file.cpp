@@ -44,6 +44,13 @@ void input_file::decode_utf16(bool big_endian) {
   buffer_ = std::move(text);
   begin_ = unread_ = 0;
   end_ = buffer_.size();
+  was_decoded_ = true;
+}
+
+std::uint64_t input_file::offset() const {
+  if (was_decoded_)
+    fail("has a header in UTF-16, but binary data", "Export it again, as text or with a header in ASCII");
+  return file_.size() - remaining();
 }
 
 // A file of the old Macintosh ends its lines by CR alone.

@@ -22,8 +22,9 @@ class input_file {
   explicit input_file(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return file_.path(); }
-  /// [bytes] of the cursor from the start of the file; not of text that was made UTF-8.
-  std::uint64_t offset() const { return file_.size() - remaining(); }
+  /// [bytes] of the cursor from the start of the file, for binary data. Throws `file_error` where text was
+  /// made UTF-8: what follows a header in UTF-16 can be no such data.
+  std::uint64_t offset() const;
   /// Bytes from the cursor to the end of the file.
   std::uint64_t remaining() const { return buffered() + unread_; }
   /// Lines handed out so far: the number of the current line, counted from 1.
@@ -67,6 +68,7 @@ class input_file {
   std::size_t end_ = 0;
   std::size_t line_number_ = 0;
   char line_end_ = '\n';
+  bool was_decoded_ = false;  ///< from UTF-16
 };
 
 }  // namespace globalmatch::support

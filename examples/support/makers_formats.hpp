@@ -11,7 +11,7 @@ namespace globalmatch::support {
 
 /// What a file is, and how to make of it one that can be read; for `file_error`.
 struct makers_format {
-  std::string problem;  ///< as "is a RIEGL RXP file, which only RIEGL's software reads"
+  std::string problem;  ///< as "is a RIEGL RXP file, which this program does not read"
   std::string remedy;   ///< names the export to choose
 };
 

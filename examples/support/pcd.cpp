@@ -177,6 +177,7 @@ std::unique_ptr<point_source> read_compressed(input_file& file, const pcd_header
 
 std::unique_ptr<point_source> open_points(input_file& file, const pcd_header& header,
                                           const pcd_layout& layout) {
+  if (header.data != "ascii") file.offset();  // throws where there can be no binary data
   if (header.data == "binary_compressed") return read_compressed(file, header, layout);
   if (header.data == "binary") return open_binary(file, header, layout);
   if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_again);

@@ -64,12 +64,19 @@ bool looks_like_pts(std::string_view start) {
   return false;
 }
 
-std::size_t count_pts_scans(const std::filesystem::path& path) {
+void require_announced_blocks(const std::filesystem::path& path) {
   input_file file(path);
   std::size_t blocks = 0;
+  std::uint64_t announced = 0, rows = 0;
   walk(
-      file, [&](std::uint64_t) { ++blocks; }, [](std::string_view) {});
-  return blocks;
+      file,
+      [&](std::uint64_t count) {
+        if (blocks++ > 0) require_as_announced(file, blocks - 1, announced, rows);
+        announced = count;
+        rows = 0;
+      },
+      [&](std::string_view) { ++rows; });
+  if (blocks > 1) require_as_announced(file, blocks, announced, rows);
 }
 
 opened_scan open_pts(const std::filesystem::path& path, std::size_t number, const scan_options&) {

@@ -12,9 +12,9 @@ namespace globalmatch::support {
 /// Whether the first lines of a file are a count of points, and a point or the count of another block.
 bool looks_like_pts(std::string_view start);
 
-/// How many blocks the file holds: programs write one for each scan of a project, in one frame. Throws
-/// `file_error` when it cannot be read.
-std::size_t count_pts_scans(const std::filesystem::path& path);
+/// Throws `file_error` when the file holds several blocks, and one of them other than the points that its
+/// count announces. Programs write a block for each scan of a project, in one frame.
+void require_announced_blocks(const std::filesystem::path& path);
 
 /// The block `number`, counted from 1. Throws `file_error`, also when the block holds other than the points
 /// that its count announces.

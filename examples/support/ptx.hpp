@@ -9,7 +9,8 @@
 
 namespace globalmatch::support {
 
-/// Whether the first lines of a file are those of a PTX file: columns and rows of a scan, and its pose.
+/// Whether the first lines of a file are those of a PTX file: columns and rows of a scan, the scanner's place
+/// and axes.
 bool looks_like_ptx(std::string_view start);
 
 /// How many scans the file holds, one after the other. Throws `file_error` when it is damaged.

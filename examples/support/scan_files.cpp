@@ -65,21 +65,6 @@ const format_of_several* find_format_of_several(std::string_view start) {
   return format == std::end(formats_of_several) ? nullptr : format;
 }
 
-// What `name#K` names, unless there is a file of that very name.
-struct numbered_scan {
-  std::filesystem::path path;
-  std::optional<std::size_t> number;
-};
-
-numbered_scan parse_name(const std::filesystem::path& name) {
-  std::error_code ignored;
-  const std::string text = name.string();
-  const std::size_t at = text.rfind('#');
-  if (at == std::string::npos || std::filesystem::exists(name, ignored)) return {name, {}};
-  const auto number = to_count(std::string_view(text).substr(at + 1));
-  return number ? numbered_scan{text.substr(0, at), *number} : numbered_scan{name, {}};
-}
-
 opened_scan open_single(input_file& file, std::string_view start, const scan_options& options) {
   if (looks_like_ply(start)) return open_ply(file);
   if (start.starts_with("LASF")) return open_las(file, options);
@@ -89,6 +74,10 @@ opened_scan open_single(input_file& file, std::string_view start, const scan_opt
   if (start.find('\0') != std::string_view::npos)
     file.fail("is in no format that this program knows",
               "Export the scan as PLY, PCD, LAS, LAZ, E57, PTX or text (x y z)");
+  const bool is_named_ptx = lower_case(file.path().extension().string()) == ".ptx";
+  if (is_named_ptx && to_count(trim(first_line(start))))
+    file.fail("has a damaged PTX header", "Export the scan again as PTX, E57, PLY, LAS or text (x y z)");
+  if (looks_like_pts(start)) require_announced_blocks(file.path());
   if (looks_like_obj(start))
     file.fail("is an OBJ file, which this program does not read",
               "Export its vertices as PLY or text (x y z)");
@@ -124,8 +113,17 @@ void point_iterator::read_block() const {
   count_ = count;
 }
 
+numbered_scan parse_scan_name(const std::filesystem::path& name) {
+  std::error_code ignored;
+  const std::string text = name.string();
+  const std::size_t at = text.rfind('#');
+  if (at == std::string::npos || std::filesystem::exists(name, ignored)) return {name, {}};
+  const auto number = to_count(std::string_view(text).substr(at + 1));
+  return number ? numbered_scan{text.substr(0, at), *number} : numbered_scan{name, {}};
+}
+
 std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path) {
-  if (parse_name(path).number) return {path};
+  if (parse_scan_name(path).number) return {path};
   input_file file(path);
   const format_of_several* format = find_format_of_several(file.peek(start_size));
   const std::size_t count = format ? format->count(path) : 1;
@@ -136,8 +134,9 @@ std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path) {
 }
 
 scan_file open_scan(const std::filesystem::path& path, const scan_options& options) {
-  if (options.tiles && std::filesystem::is_directory(path)) return open_tiles(path, options);
-  const numbered_scan scan = parse_name(path);
+  std::error_code ignored;
+  if (options.tiles && std::filesystem::is_directory(path, ignored)) return open_tiles(path, options);
+  const numbered_scan scan = parse_scan_name(path);
   input_file file(scan.path);
   const std::string_view start = file.peek(start_size);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,7 +17,8 @@
 
 namespace globalmatch::support {
 
-/// Reads the points of a source one after the other, in blocks; a copy reads blocks of its own.
+/// Reads the points of a source one after the other, in blocks; a copy reads blocks of its own. Each serves
+/// one thread.
 class point_iterator {
  public:
   using value_type = Eigen::Vector3d;
@@ -100,6 +102,13 @@ class scan_file {
 /// not-a-number. A scan may have no points. Throws `file_error` when the file cannot be read or is damaged;
 /// the range throws it where damage shows only later.
 scan_file open_scan(const std::filesystem::path& path, const scan_options& options = {});
+
+/// What `name#K` names, unless there is a file of that very name.
+struct numbered_scan {
+  std::filesystem::path path;
+  std::optional<std::size_t> number;
+};
+numbered_scan parse_scan_name(const std::filesystem::path& name);
 
 /// The scans that a file holds: itself, or where it holds several `name#1`, `name#2` and so on. Throws
 /// `file_error` when it cannot be read.

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include "support/file_error.hpp"
@@ -14,6 +15,11 @@
 namespace globalmatch::support {
 
 namespace {
+
+bool is_same_pose(const std::optional<Eigen::Isometry3d>& a, const std::optional<Eigen::Isometry3d>& b) {
+  constexpr double rounding = 1e-6;
+  return a && b ? (a->matrix() - b->matrix()).cwiseAbs().maxCoeff() < rounding : !a && !b;
+}
 
 bool has_extension_of_scan(const std::filesystem::path& path) {
   constexpr std::array<std::string_view, 8> extensions = {".ply", ".pcd", ".las", ".laz",
@@ -24,8 +30,14 @@ bool has_extension_of_scan(const std::filesystem::path& path) {
 
 std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.is_regular_file() && has_extension_of_scan(entry.path())) files.push_back(entry.path());
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
+    std::error_code ignored;  // a link that leads nowhere is no scan
+    const bool is_hidden = at->path().filename().string().starts_with('.');
+    if (at->is_regular_file(ignored) && !is_hidden && has_extension_of_scan(at->path()))
+      files.push_back(at->path());
+  }
+  if (error) throw file_error(folder, "cannot be listed (" + error.message() + ")", "Check its permissions");
   if (files.empty())
     throw file_error(
         folder, "holds no scans",
@@ -75,10 +87,16 @@ class joined_points final : public point_source {
 
 }  // namespace
 
-std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names) {
+std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names,
+                                              bool keep_folders) {
   std::vector<std::filesystem::path> scans;
   for (const auto& name : names) {
-    const bool is_folder = std::filesystem::is_directory(name);
+    std::error_code ignored;
+    const bool is_folder = std::filesystem::is_directory(name, ignored);
+    if (is_folder && keep_folders) {
+      scans.push_back(name);
+      continue;
+    }
     for (const auto& file : is_folder ? scan_files_in(name) : std::vector{name})
       for (auto& scan : scans_in(file)) scans.push_back(std::move(scan));
   }
@@ -86,17 +104,31 @@ std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem:
 }
 
 std::string name_of(const std::filesystem::path& scan) {
-  const std::string extension = scan.extension().string();
-  const std::size_t number = extension.find('#');
-  return scan.stem().string() + (number == std::string::npos ? "" : '_' + extension.substr(number + 1));
+  std::error_code ignored;
+  const std::filesystem::path whole = scan.has_filename() ? scan : scan.parent_path();  // folder/
+  if (std::filesystem::is_directory(whole, ignored)) return whole.filename().string();
+  const auto [file, number] = parse_scan_name(whole);
+  return file.stem().string() + (number ? '_' + std::to_string(*number) : "");
+}
+
+bool is_same_scan(const std::filesystem::path& a, const std::filesystem::path& b) {
+  const auto [file_a, number_a] = parse_scan_name(a);
+  const auto [file_b, number_b] = parse_scan_name(b);
+  std::error_code ignored;
+  return number_a.value_or(1) == number_b.value_or(1) && std::filesystem::equivalent(file_a, file_b, ignored);
 }
 
 scan_file open_tiles(const std::filesystem::path& folder, const scan_options& options) {
   std::vector<scan_file> parts;
   for (const auto& name : find_scans({folder})) parts.push_back(open_scan(name, options));
   scan_header header = parts.front().header();
+  for (const scan_file& part : parts) {
+    if (!is_same_pose(part.header().pose, header.pose))
+      throw file_error(folder, "holds scans whose headers have poses of their own: they are not in one frame",
+                       "Leave out --tiles, or export the tiles in one frame");
+    if (part.header().format != parts.front().header().format) header.format = "several formats";
+  }
   header.format += ", " + std::to_string(parts.size()) + " tiles";
-  header.pose.reset();
   return scan_file({std::make_unique<joined_points>(std::move(parts)), std::move(header)});
 }
 

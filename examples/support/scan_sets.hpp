@@ -11,13 +11,17 @@ namespace globalmatch::support {
 
 /// The scans that names stand for, in their order: of a folder the files in it whose extension is that of a
 /// scan (.ply .pcd .las .laz .e57 .ptx .pts .xyz), by name; of a file of several scans each of them. Text
-/// with other extensions is often no scan, and must be named itself. Throws `file_error`, also for a folder
-/// without scans.
-std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names);
+/// with other extensions is often no scan, and must be named itself. Folders are kept as they are where each
+/// is one scan in tiles. Throws `file_error`, also for a folder without scans.
+std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names,
+                                              bool keep_folders = false);
 
 /// What results for a scan are named by: the name of its file without extension, and `_K` for scan K of
 /// several.
 std::string name_of(const std::filesystem::path& scan);
+
+/// Whether two names stand for one scan.
+bool is_same_scan(const std::filesystem::path& a, const std::filesystem::path& b);
 
 /// One scan whose points are those of all scans of a folder, in one frame, one file after the other. Throws
 /// `file_error`.

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 
 #include "support/scan_files.hpp"
 
@@ -15,12 +16,15 @@ struct scan_summary {
   /// [m] from the scanner in plan, where density is measured.
   static constexpr std::array<double, 3> distances = {5, 10, 20};
 
-  std::size_t points = 0;              ///< with coordinates, and not left out
-  Eigen::AlignedBox3d extent;          ///< [m]; empty when there are no points
-  std::array<double, 3> density = {};  ///< [1/m^2] in plan, within half a metre of each distance
+  std::size_t points = 0;      ///< with coordinates, and not left out
+  Eigen::AlignedBox3d extent;  ///< [m]; empty when there are no points
+  /// [1/m^2] in plan, within half a metre of each distance; nothing where it is not known where the scanner
+  /// was.
+  std::optional<std::array<double, 3>> density;
 };
 
-/// One forward pass. `scanner` is in the frame of the scan. Throws `file_error` when the file is damaged.
-scan_summary summarise(const scan_file& scan, const Eigen::Vector3d& scanner);
+/// One forward pass. `scanner` is its place in the frame of the scan; if not given the origin, unless that is
+/// outside of the scan. Throws `file_error` when the file is damaged.
+scan_summary summarise(const scan_file& scan, const std::optional<Eigen::Vector3d>& scanner);
 
 }  // namespace globalmatch::support

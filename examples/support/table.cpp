@@ -41,8 +41,7 @@ std::size_t count_numbers(std::string_view line) {
 std::string_view remedy_of(table_of kind) {
   return kind == table_of::stems ? "Name the columns above the rows, e.g.: x,y,z,radius"
                                  : "A text scan has a point a line, x y z first or named by a header; other "
-                                   "known formats are PLY, PCD "
-                                   "and LAS";
+                                   "known formats are PLY, PCD, LAS, LAZ, E57 and PTX";
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ opened_scan open_text(input_file& file) {
   if (points.empty() && !table.has_header() && table.announced() != 0u)
     file.fail("holds no line of numbers",
               "A text scan has a point a line, x y z first or named by a header; other "
-              "known formats are PLY, PCD and LAS");
+              "known formats are PLY, PCD, LAS, LAZ, E57 and PTX");
   if (table.announced() > points.size())
     file.fail("announces " + std::to_string(*table.announced()) + " points but holds " +
                   std::to_string(points.size()),

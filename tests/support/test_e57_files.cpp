@@ -228,7 +228,7 @@ TEST_CASE("an E57 scan of more points than the file has bytes is refused, howeve
   CHECK(read_e57(path) == points(3, {3, 3, 3}));
   const std::string bytes = e57_file({{{integer_field("cartesianX", 3, 3, std::vector<std::int64_t>(5000, 3)),
                                         constant("cartesianY"), constant("cartesianZ")}}});
-  require_error(directory.file("b.e57", bytes), read_e57, "ends before all the data", "again");
+  require_error(directory.file("b.e57", bytes), read_e57, "more than it has bytes", "again");
 }
 
 }  // namespace globalmatch::support

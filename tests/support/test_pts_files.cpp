@@ -31,7 +31,7 @@ TEST_CASE("a PTS file begins with a count, and a point or another count") {
 TEST_CASE("each block of a PTS file is a scan") {
   const temporary_directory directory;
   const auto path = directory.file("a.pts", blocks);
-  REQUIRE(count_pts_scans(path) == 3);
+  require_announced_blocks(path);
   CHECK(read_block(path, 1) == points{{1.5, -2, 3}, {4, 5.25, -6}});
   CHECK(read_block(path, 2).empty());
   CHECK(read_block(path, 3) == points{{7, 8, 9}});
@@ -49,7 +49,7 @@ TEST_CASE("blocks of a PTS file may have comments, blank lines, CRLF and other s
   const temporary_directory directory;
   const auto path =
       directory.file("a.pts", "# plot 7\r\n1\r\n1.5;-2;3\r\n\r\n// next\r\n2\r\n1,2,3\r\n\r\n4,5,6\r\n");
-  REQUIRE(count_pts_scans(path) == 2);
+  require_announced_blocks(path);
   CHECK(read_block(path, 1) == points{{1.5, -2, 3}});
   CHECK(read_block(path, 2) == points{{1, 2, 3}, {4, 5, 6}});
 }
@@ -67,6 +67,8 @@ TEST_CASE("a block of a PTS file with other points than it announces is refused"
   require("1\n1 2 3\n1\n1 2 x\n", 2, "line 4 has 'x'");
   require("18446744073709551615\n1 2 3\n1\n1 2 3\n", 1, "but holds 1");
   require("1 2 3\n1\n1 2 3\n", 1, "line 1 is no count of points");
+  const auto all = directory.file("all.pts", "3\n1 2 3\n4 5 6\n1\n7 8 9\n1 1 1\n");
+  require_error(all, require_announced_blocks, "block 1 that announces 3 points but holds 2", "again");
 }
 
 TEST_CASE("a PTS file with any byte changed, or cut anywhere, is refused or read") {
@@ -75,8 +77,8 @@ TEST_CASE("a PTS file with any byte changed, or cut anywhere, is refused or read
     const auto path = directory.file("a.pts", bytes);
     std::size_t read = 0;
     const std::string error = error_of([&] {
-      for (std::size_t number = 1, count = count_pts_scans(path); number <= count; ++number)
-        read += read_block(path, number).size();
+      require_announced_blocks(path);
+      for (std::size_t number = 1; number <= 3; ++number) read += read_block(path, number).size();
     });
     return !error.empty() || read <= bytes.size();
   };

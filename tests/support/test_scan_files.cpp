@@ -22,9 +22,9 @@ TEST_CASE("what is no scan is refused with the formats that are") {
   require_error(directory.file("zeros.ply", zeros), read_scan, "in no format",
                 "PLY, PCD, LAS, LAZ, E57, PTX or text");
   require_error(directory.file("prose.xyz", "Dear reader,\nthis is no scan.\n"), read_scan,
-                "line 2 names no columns", "PLY, PCD and LAS");
+                "line 2 names no columns", "PLY, PCD, LAS, LAZ, E57 and PTX");
   require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "line 1 names no columns",
-                "PLY, PCD and LAS");
+                "PLY, PCD, LAS, LAZ, E57 and PTX");
   require_error(directory.file("no_line_end.txt", std::string(3'000'000, 'x')), read_scan, "line 1 is longer",
                 "unknown format");
 }
@@ -65,6 +65,27 @@ TEST_CASE("blocks of a PTS file are one scan, unless one of them is asked for") 
   CHECK(read_scan(two.string() + "#2") == points{{7, 8, 9}});
   CHECK(read_scan(two) == points{{1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
   CHECK(scans_in(two) == std::vector{two});
+}
+
+TEST_CASE("a PTX file with comments, or with a damaged header, is not read as text") {
+  const temporary_directory directory;
+  const std::string axes = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n", matrix = "1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const std::string rows = "1 2 3 0\n4 5 6 0\n";
+  CHECK(read_scan(directory.file("a.ptx", "\n# plot\n\n2\n1\n" + axes + matrix + rows)).size() == 2);
+  const auto cut = directory.file("b.ptx", "2\n1\n" + axes + "1 0 0 0\n0 1 0\n0 0 1 0\n0 0 0 1\n" + rows);
+  require_error(cut, read_scan, "PTX header", "Export");
+  const auto axis = directory.file("c.ptx", "2\n1\n0 0 0\n1 0\n0 1 0\n0 0 1\n" + matrix + rows);
+  require_error(axis, read_scan, "damaged PTX header", "Export");
+}
+
+TEST_CASE("binary data behind a header in UTF-16 are refused") {
+  const temporary_directory directory;
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\n"
+      "property float y\nproperty float z\nend_header\n";
+  std::string bytes = "\xFF\xFE";
+  for (const char c : header) bytes += {c, '\0'};
+  require_error(directory.file("a.ply", bytes + std::string(12, '\1')), read_scan, "UTF-16", "Export");
 }
 
 TEST_CASE("any bytes behind any signature are read or refused, and never crash") {

@@ -44,6 +44,33 @@ TEST_CASE("a folder without scans is refused, and one without --tiles is no scan
   require_error(directory.path(), open, "holds no scans", ".laz");
 }
 
+TEST_CASE("scans with poses of their own are no tiles") {
+  const temporary_directory directory;
+  const auto ptx = [](double x) {
+    return "1\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n" + std::to_string(x) +
+           " 0 0 1\n1 2 3 0\n";
+  };
+  directory.file("a.ptx", ptx(0));
+  const auto b = directory.file("b.ptx", ptx(500));
+  const auto open = [](const std::filesystem::path& path) { return open_scan(path, {.tiles = true}); };
+  require_error(directory.path(), open, "poses of their own", "--tiles");
+  std::filesystem::remove(b);
+  directory.file("b.ptx", ptx(0));
+  CHECK(open(directory.path()).size() > 0);
+}
+
+TEST_CASE("a scan is known under several names, and results are named by all of it") {
+  const temporary_directory directory;
+  write_ply(directory / "a.b.ply", points{{1, 2, 3}});
+  write_ply(directory / "._a.b.ply", points{{1, 2, 3}});
+  CHECK(find_scans({directory.path()}) == std::vector{directory / "a.b.ply"});
+  CHECK(is_same_scan(directory / "a.b.ply", directory.path() / "." / "a.b.ply"));
+  CHECK_FALSE(is_same_scan(directory / "a.b.ply", (directory / "a.b.ply").string() + "#2"));
+  CHECK(name_of(directory / "a.b.ply") == "a.b");
+  CHECK(name_of((directory / "a.b.ply").string() + "#2") == "a.b_2");
+  CHECK(name_of(directory.path() / "") == directory.path().filename());
+}
+
 TEST_CASE("tiles of one scan are passed one after the other") {
   const temporary_directory directory;
   points expected;
