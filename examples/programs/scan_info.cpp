@@ -53,7 +53,8 @@ std::string one_line(const support::scan_header& header, const support::scan_sum
   text << (summary.density ? " points/m2 at 5/10/20 m"
                            : ", no density: the scanner is elsewhere (--scanner)");
   for (std::size_t a = 0; a < header.attributes.size(); ++a)
-    text << (a == 0 ? ", " : " ") << header.attributes[a];
+    text << (a == 0 ? " (" : ", ") << header.attributes[a];
+  if (!header.attributes.empty()) text << ')';
   if (header.pose) text << ", pose in the header";
   return text.str();
 }
