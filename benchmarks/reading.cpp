@@ -63,13 +63,15 @@ struct result {
 result measure(const std::filesystem::path& file, int threads, int repetitions) {
   const support::scan_options options{.threads = threads};
   const execution exec{.threads = threads};
+  const auto map_file = [&] { map_stems(support::open_scan(file, options), {}, {0, 0, 1}, exec); };
   result r;
+  benchmarks::reset_peak_memory();
+  const double before = benchmarks::peak_memory();
+  map_file();
+  r.megabytes = benchmarks::peak_memory() - before;
   for (int k = 0; k < repetitions; ++k) {
     measure(r.read, [&] { r.points = read_all(file, options); });
-    benchmarks::reset_peak_memory();
-    const double before = benchmarks::peak_memory();
-    measure(r.map_file, [&] { map_stems(support::open_scan(file, options), {}, {0, 0, 1}, exec); });
-    r.megabytes = std::max(r.megabytes, benchmarks::peak_memory() - before);
+    measure(r.map_file, map_file);
     const support::scan_file scan = support::open_scan(file, options);
     const std::vector<Eigen::Vector3d> points(scan.begin(), scan.end());
     measure(r.map_memory, [&] { map_stems(points, {}, {0, 0, 1}, exec); });
