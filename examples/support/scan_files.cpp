@@ -26,8 +26,10 @@ constexpr std::size_t start_size = 4096;  // [bytes] that formats are recognised
 
 // The first line that is no comment, in lower case.
 std::string first_line(std::string_view start) {
-  while (start.starts_with('#') || start.starts_with('\r') || start.starts_with('\n'))
-    start.remove_prefix(std::min(start.find_first_of("\r\n") + 1, start.size()));
+  while (start.starts_with('#') || start.starts_with('\r') || start.starts_with('\n')) {
+    const std::size_t end = start.find_first_of("\r\n");
+    start.remove_prefix(end == std::string_view::npos ? start.size() : end + 1);
+  }
   return lower_case(start.substr(0, start.find_first_of("\r\n")));
 }
 

@@ -29,6 +29,12 @@ TEST_CASE("what is no scan is refused with the formats that are") {
                 "unknown format");
 }
 
+TEST_CASE("a file that is one comment without a line end is refused") {
+  const temporary_directory directory;
+  for (const char* text : {"# c", "#", "# .PC", "#\n#", "\n", "\r"})
+    CHECK_FALSE(error_of([&] { read_scan(directory.file("a.txt", text)); }).empty());
+}
+
 TEST_CASE("an empty, a missing and an irregular file are refused") {
   const temporary_directory directory;
   require_error(directory.file("empty.ply", ""), read_scan, "is empty", "again");
