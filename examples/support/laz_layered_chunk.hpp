@@ -162,6 +162,7 @@ channel_decoder& layered_chunk<Output>::change_channel(std::uint8_t number, cons
 
 template <class Output>
 void layered_chunk<Output>::decode(std::size_t count) {
+  if (count > 1 && !layers_[xy_layer].is_present) throw damaged_chunk();
   layer layers[point_layers];
   std::copy_n(layers_, point_layers, layers);
   arithmetic_decoder& xy = layers[xy_layer].in;

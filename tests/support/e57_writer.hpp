@@ -130,10 +130,10 @@ inline std::string e57_file(const std::vector<written_scan>& scans) {
       "type=\"Integer\">1</versionMajor><versionMinor type=\"Integer\"/>"
       "<data3D type=\"Vector\" allowHeterogeneousChildren=\"1\">";
   for (const written_scan& scan : scans) {
-    const std::size_t points = scan.fields.front().raw.size();
+    const std::size_t size = scan.fields.front().raw.size();
     xml += "<vectorChild type=\"Structure\"><guid type=\"String\"><![CDATA[{2}]]></guid>" + scan.pose +
            "<points type=\"CompressedVector\" fileOffset=\"" + std::to_string(place_in_file(content.size())) +
-           "\" recordCount=\"" + std::to_string(points) + "\"><prototype type=\"Structure\">";
+           "\" recordCount=\"" + std::to_string(size) + "\"><prototype type=\"Structure\">";
     for (const written_field& field : scan.fields) xml += "<" + field.name + " " + field.declaration + "/>";
     xml += "</prototype><codecs type=\"Vector\" allowHeterogeneousChildren=\"1\"/></points></vectorChild>";
     content += e57_section(scan, content.size());
