@@ -145,7 +145,7 @@ class arithmetic_decoder {
   explicit arithmetic_decoder(std::span<const char> bytes)
       : at_(bytes.data() + 4),
         end_(bytes.data() + bytes.size()),
-        value_(next(bytes.data())),
+        value_(std::min(next(bytes.data()), 0xFFFFFFFEu)),  // what is not less than the length is damaged
         length_(0xFFFFFFFF) {}
 
   /// Whether more was decoded than there are bytes.
