@@ -96,8 +96,9 @@ class scan_file {
 
 /// Opens a scan. The format is recognised by content, whatever the name: PLY, PCD, LAS, LAZ, COPC, E57, PTX,
 /// or text with x, y and z in the columns that a header names so, or in the first three where there is none;
-/// a header that names no coordinates is refused. Of a file of several scans one is chosen by
-/// `name#K`, counted from 1. The points are those of the file, in its order and frame; those without
+/// a header that names no coordinates is refused. Of a file of several scans one is chosen by `name#K`,
+/// counted from 1; blocks of a PTS file are one scan unless one is chosen so. A folder is one scan in tiles
+/// where `options.tiles` says so. The points are those of the file, in its order and frame; those without
 /// coordinates, and those that the file marks as noise or withheld, unless they are to be kept, are
 /// not-a-number. A scan may have no points. Throws `file_error` when the file cannot be read or is damaged;
 /// the range throws it where damage shows only later.

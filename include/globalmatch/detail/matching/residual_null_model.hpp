@@ -39,8 +39,7 @@ class residual_null_model {
   /// how much smaller it is than the median of all, evenly from 0 to 1 under the null model, and a larger one
   /// for nothing: a stem that the other map does not show may be paired with any. The sum over the pairs is
   /// wider by as much as the sums of known transforms of as many pairs are, where stems near each other fit
-  /// together or not. 0 for fewer pairs than `min_pairs`, and where too
-  /// few transforms are known.
+  /// together or not. 0 for fewer pairs than `min_pairs`, and where too few transforms are known.
   double log_probability(std::span<const float> residuals) const {
     const double pairs = double(residuals.size());
     if (!is_known() || residuals.size() < min_pairs) return 0;
