@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "catch.hpp"
 #include "globalmatch/evaluation.hpp"
@@ -51,6 +53,25 @@ TEST_CASE("register_scans of scans without points, stems or numbers is not_regis
     CHECK_FALSE(result.registration.target_from_source);
     CHECK(result.source.stems.empty());
   }
+}
+
+TEST_CASE("register_maps of flat maps in six degrees of freedom is not_registered, with the remedy") {
+  const positions level = {{0, 0, 2}, {4, 0, 2}, {1, 5, 2}, {8, 8, 2}, {2, 9, 2}, {12, 3, 2}, {6, 13, 2}};
+  positions uneven = level;
+  for (Eigen::Vector3d& p : uneven) p.z() += 0.2 * std::sin(p.x());
+  registration_options options;
+  options.matching.dof = degrees_of_freedom::six;
+  const stem_map flat = made_up_map(level), rolling = made_up_map(uneven);
+  for (const auto& [source, target, name] :
+       {std::tuple(flat, flat, "source"), std::tuple(flat, rolling, "source"),
+        std::tuple(rolling, flat, "target")}) {
+    const registration result = register_maps(source, target, options);
+    CHECK(result.outcome == outcome::not_registered);
+    CHECK_FALSE(result.target_from_source);
+    CHECK_THAT(result.reason, Catch::StartsWith(name) && Catch::Contains("heights that differ"));
+  }
+  options.matching.dof = degrees_of_freedom::four;
+  CHECK(register_maps(flat, flat, options).outcome == outcome::registered);
 }
 
 TEST_CASE("register_maps and register_scans are cancelled by the progress callback in every stage") {

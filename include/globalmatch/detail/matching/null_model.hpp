@@ -48,8 +48,12 @@ class null_model {
   /// stem, and a clump of them is near all that stand there: from now on transforms are then scored both
   /// ways, and the larger tail counts. Before anything else. Cost: linear in the source stems.
   void include_reversed() {
+    include_reversed(std::make_shared<background_density>(context_.source, context_.source_index));
+  }
+
+  /// The same where the background density of the source stems is known.
+  void include_reversed(std::shared_ptr<const background_density> of_source) {
     constexpr double much_more_densely = 2;
-    const auto of_source = std::make_shared<background_density>(context_.source, context_.source_index);
     // At the smallest residual the probability is the mean density times an area.
     if (of_source->poisson_inlier_probability(min_residual + step_) <=
         much_more_densely * least_.poisson_inlier_probability)
@@ -57,7 +61,7 @@ class null_model {
     std::vector<double> thresholds;
     for (const probabilities& known : known_) thresholds.push_back(known.inlier_threshold);
     reversed_maps_ = std::make_unique<const matching_context>(context_.reversed());
-    reversed_ = std::make_unique<null_model>(*reversed_maps_, of_source, thresholds);
+    reversed_ = std::make_unique<null_model>(*reversed_maps_, std::move(of_source), thresholds);
   }
 
   /// From now on chance is at least as good as it is along the lattice of these stems.

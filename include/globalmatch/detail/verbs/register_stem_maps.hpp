@@ -51,12 +51,25 @@ inline std::string describe_tilted_maps(const stem_map& source, const stem_map& 
   return remark;
 }
 
+/// Why six degrees of freedom cannot be had of two maps: no heights differ in one of them; empty where they
+/// can, or are not asked for.
+inline std::string describe_flat_maps(const position_set& source, const position_set& target,
+                                      std::optional<degrees_of_freedom> dof) {
+  if (dof != degrees_of_freedom::six || (source.has_heights && target.has_heights)) return "";
+  return std::string(source.has_heights ? "target" : "source") +
+         ": its stems all have the same height; six degrees of freedom need heights that differ, four do not";
+}
+
 /// Matches the stems of two maps. Where they are not registered, the reason says where stems were lost and
 /// which scan was not level.
 inline matching match_maps(const stem_map& source, const stem_map& target, const matching_options& options,
                            const execution& exec) {
-  matching result = match_positions(import_positions(source.stems, source.up, "source", exec),
-                                    import_positions(target.stems, target.up, "target", exec), options, exec);
+  position_set from = import_positions(source.stems, source.up, "source", exec),
+               to = import_positions(target.stems, target.up, "target", exec);
+  matching result;
+  result.reason = describe_flat_maps(from, to, options.dof);
+  if (!result.reason.empty()) return result;
+  result = match_positions(std::move(from), std::move(to), options, exec);
   const auto minimum = std::size_t(options.decision.min_correspondences);
   if (std::min(source.stems.size(), target.stems.size()) < minimum)
     result.reason += describe_lost_stems(source, target, minimum);
@@ -184,6 +197,7 @@ GLOBALMATCH_INLINE registration register_stem_maps(const stem_map& source, const
                                                    const registration_options& options, const execution& exec,
                                                    build_mode) {
   require_valid(options.icp);
+  require_valid(options.matching);
   require_own_scale(options.matching);
   registration result;
   try {

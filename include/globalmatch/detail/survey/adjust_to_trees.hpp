@@ -1,0 +1,104 @@
+// Poses of a survey adjusted with the trees of each component as landmarks.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/matrices.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/adjust_links.hpp"
+#include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_trees.hpp"
+
+namespace globalmatch::detail {
+
+/// Poses in plan, adjusted with the trees of each component as landmarks; trees; standard deviations.
+struct adjusted_survey {
+  std::vector<plan_pose> poses;
+  std::vector<mat3> covariance;  ///< of shift and yaw of each pose, along the axes of the survey
+  tree_observations trees;
+  std::vector<double> weights;  ///< of the observations
+  std::vector<std::uint32_t> component_of_tree;
+  double stem_sigma = 0;  ///< [m] of a stem in plan, along each axis
+};
+
+/// Trees of all components, and of maps that stand alone none.
+inline tree_observations trees_of_components(std::span<const prepared_stems> maps,
+                                             std::span<const plan_pose> poses,
+                                             const std::vector<std::vector<std::uint32_t>>& members, double radius,
+                                             std::vector<std::uint32_t>& component_of_tree) {
+  tree_observations all;
+  component_of_tree.clear();
+  for (std::uint32_t c = 0; c < members.size(); ++c) {
+    if (members[c].size() < 2) continue;
+    const tree_observations trees = find_trees(maps, members[c], poses, radius);
+    const std::size_t before = all.stems.size();
+    all.stems.insert(all.stems.end(), trees.stems.begin(), trees.stems.end());
+    for (std::size_t t = 0; t < trees.size(); ++t) {
+      all.first.push_back(before + trees.first[t + 1]);
+      component_of_tree.push_back(c);
+    }
+  }
+  return all;
+}
+
+/// The typical distance [m] of stems that links pair.
+inline double typical_rms(std::span<const survey_link> links) {
+  std::vector<double> rms;
+  for (const survey_link& l : links)
+    if (l.used) rms.push_back(l.rms);
+  return rms.empty() ? 0 : median(rms);
+}
+
+/// Finds the trees by the poses, adjusts the poses to them, and does so again.
+inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, const placed_maps& placed,
+                                       std::span<const survey_link> links,
+                                       const std::vector<std::vector<std::uint32_t>>& members) {
+  constexpr int iterations = 2;
+  constexpr double in_rms = 3, min_radius = 0.05;  // [m]
+  adjusted_survey result;
+  result.poses = placed.poses;
+  result.covariance.resize(maps.size());
+  const unknown_poses unknowns(maps.size(), [&](std::size_t m) {
+    const std::uint32_t component = placed.parts.of[m];
+    return members[component].size() < 2 || placed.parts.reference[component] == m;
+  });
+  const double rms = typical_rms(links), radius = std::max(min_radius, in_rms * rms);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    result.trees = trees_of_components(maps, result.poses, members, radius, result.component_of_tree);
+    tree_adjustment adjustment(maps, result.trees, unknowns, rms);
+    std::vector<plan_pose> poses = result.poses;
+    if (!adjustment.adjust(poses)) break;
+    result.poses = std::move(poses);
+    result.weights.assign(adjustment.weights().begin(), adjustment.weights().end());
+    result.stem_sigma = adjustment.sigma();
+    if (iteration + 1 < iterations) continue;
+    for (std::size_t m = 0; m < maps.size(); ++m) result.covariance[m] = adjustment.covariance(m);
+  }
+  return result;
+}
+
+/// The maps of each component, in the order in which links lead to them from its reference.
+inline std::vector<std::vector<std::uint32_t>> members_of(const placed_maps& placed, const link_graph& used) {
+  std::vector<std::vector<std::uint32_t>> members(placed.parts.count());
+  std::vector<std::uint8_t> reached(used.size());
+  for (std::size_t c = 0; c < members.size(); ++c) {
+    auto& of = members[c];
+    of.assign(1, placed.parts.reference[c]);
+    reached[of[0]] = true;
+    for (std::size_t next = 0; next < of.size(); ++next)
+      for (const auto& e : used.of(of[next]))
+        if (!reached[e.neighbor]) reached[e.neighbor] = true, of.push_back(e.neighbor);
+  }
+  return members;
+}
+
+}  // namespace globalmatch::detail

@@ -1,0 +1,114 @@
+// Sparse symmetric systems of equal blocks, whose pattern is known beforehand: the normal equations of poses.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace globalmatch::detail {
+
+/// `size` unknown blocks of `Dimension` numbers; the pattern of the matrix is given by pairs of blocks.
+template <int Dimension>
+class block_system {
+ public:
+  using block = Eigen::Matrix<double, Dimension, Dimension>;
+  using vector = Eigen::Matrix<double, Dimension, 1>;
+
+  /// `pairs` of different blocks that have something in common, in any order, also more than once.
+  block_system(std::size_t size, std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs)
+      : size_(size), first_(size + 1, 0) {
+    for (auto& [row, column] : pairs)
+      if (row < column) std::swap(row, column);
+    for (std::uint32_t i = 0; i < size; ++i) pairs.emplace_back(i, i);
+    std::sort(pairs.begin(), pairs.end(), [](const auto& a, const auto& b) {
+      return a.second != b.second ? a.second < b.second : a.first < b.first;
+    });
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+    rows_.reserve(pairs.size());
+    for (const auto& [row, column] : pairs) rows_.push_back(row), ++first_[column + 1];
+    for (std::size_t c = 0; c < size; ++c) first_[c + 1] += first_[c];
+    blocks_.resize(rows_.size());
+    lay_out();
+    set_zero();
+  }
+
+  void set_zero() {
+    std::fill(blocks_.begin(), blocks_.end(), block::Zero());
+    right_ = Eigen::VectorXd::Zero(Eigen::Index(size_) * Dimension);
+  }
+
+  /// Adds to the block of `row` and `column`, which are in the pattern; where they differ its transpose is
+  /// added to the other one.
+  void add(std::size_t row, std::size_t column, const block& summand) {
+    if (row >= column)
+      blocks_[slot(row, column)] += summand;
+    else
+      blocks_[slot(column, row)] += summand.transpose();
+  }
+  void add_right(std::size_t row, const vector& summand) {
+    right_.template segment<Dimension>(Eigen::Index(row) * Dimension) += summand;
+  }
+
+  /// Factorizes; false where the matrix is not positive definite.
+  bool factorize() {
+    double* out = matrix_.valuePtr();
+    for (std::size_t c = 0; c < size_; ++c)
+      for (int k = 0; k < Dimension; ++k)
+        for (std::size_t s = first_[c]; s < first_[c + 1]; ++s)
+          for (int r = rows_[s] == c ? k : 0; r < Dimension; ++r) *out++ = blocks_[s](r, k);
+    solver_.factorize(matrix_);
+    return solver_.info() == Eigen::Success && (solver_.vectorD().array() > 0).all();
+  }
+
+  /// After `factorize`.
+  Eigen::VectorXd solve() const { return solver_.solve(right_); }
+
+  /// The block of the inverse matrix on the diagonal, after `factorize`. Cost: some solutions.
+  block inverse_block(std::size_t row) const {
+    Eigen::Matrix<double, Eigen::Dynamic, Dimension> unit =
+        Eigen::Matrix<double, Eigen::Dynamic, Dimension>::Zero(right_.size(), Dimension);
+    unit.template middleRows<Dimension>(Eigen::Index(row) * Dimension).setIdentity();
+    const Eigen::Matrix<double, Eigen::Dynamic, Dimension> solved = solver_.solve(unit);
+    return solved.template middleRows<Dimension>(Eigen::Index(row) * Dimension);
+  }
+
+ private:
+  std::size_t slot(std::size_t row, std::size_t column) const {
+    const auto begin = rows_.begin() + std::ptrdiff_t(first_[column]),
+               end = rows_.begin() + std::ptrdiff_t(first_[column + 1]);
+    return std::size_t(std::lower_bound(begin, end, row) - rows_.begin());
+  }
+
+  /// The pattern of the numbers, below the diagonal and on it.
+  void lay_out() {
+    std::vector<Eigen::Triplet<double>> numbers;
+    for (std::size_t c = 0; c < size_; ++c)
+      for (std::size_t s = first_[c]; s < first_[c + 1]; ++s)
+        for (int k = 0; k < Dimension; ++k)
+          for (int r = rows_[s] == c ? k : 0; r < Dimension; ++r)
+            numbers.emplace_back(int(rows_[s]) * Dimension + r, int(c) * Dimension + k, 1.0);
+    const auto scalars = Eigen::Index(size_) * Dimension;
+    matrix_.resize(scalars, scalars);
+    matrix_.setFromTriplets(numbers.begin(), numbers.end());
+    matrix_.makeCompressed();
+    solver_.analyzePattern(matrix_);
+  }
+
+  std::size_t size_;
+  std::vector<std::size_t> first_;    // of each column of blocks
+  std::vector<std::uint32_t> rows_;   // of each block, increasing in a column
+  std::vector<block> blocks_;         // below the diagonal and on it
+  Eigen::VectorXd right_;
+  Eigen::SparseMatrix<double> matrix_;
+  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver_;
+};
+
+}  // namespace globalmatch::detail

@@ -1,0 +1,93 @@
+// The links of all maps of a survey. In: maps. Out: pairs of them whose stems agree, those that are significant
+// or that cycles support in use.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/overlap_index.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/execution.hpp"
+
+namespace globalmatch::detail {
+
+/// The links of a map with later ones, or with all others, by candidates that are tried on all stems.
+inline std::vector<survey_link> links_of(std::span<const prepared_stems> maps, const overlap_index& index,
+                                         std::size_t map, bool all_others, std::size_t& tried) {
+  constexpr std::size_t max_candidates = 64;
+  const std::vector<overlap_candidate> candidates = index.candidates_of(map, max_candidates, all_others);
+  tried += candidates.size();
+  std::vector<survey_link> links;
+  for (const overlap_candidate& c : candidates)
+    if (auto link = link_maps(maps, c.source, c.target, c.pairs)) links.push_back(std::move(*link));
+  return links;
+}
+
+/// Orders links by their maps and leaves the most significant one of each pair of maps.
+inline void keep_best_of_pairs(std::vector<survey_link>& links) {
+  const auto pair_of = [](const survey_link& l) {
+    return key_of(std::min(l.source, l.target), std::max(l.source, l.target));
+  };
+  std::stable_sort(links.begin(), links.end(), [&](const survey_link& a, const survey_link& b) {
+    return pair_of(a) != pair_of(b) ? pair_of(a) < pair_of(b) : a.log10_nfa < b.log10_nfa;
+  });
+  links.erase(std::unique(links.begin(), links.end(),
+                          [&](const auto& a, const auto& b) { return pair_of(a) == pair_of(b); }),
+              links.end());
+}
+
+/// Adds the links of the maps that `asks(map)`, by triangles whose edges differ by less than `tolerance` [m].
+template <class Asks>
+void add_links(std::span<const prepared_stems> maps, double tolerance, const Asks& asks,
+               std::vector<survey_link>& links, std::size_t& tried, const execution& exec) {
+  std::vector<std::size_t> asking;
+  for (std::size_t m = 0; m < maps.size(); ++m)
+    if (asks(m)) asking.push_back(m);
+  if (asking.empty()) return;
+  const bool all = asking.size() == maps.size();
+  const overlap_index index(maps, tolerance, exec);
+  std::vector<std::vector<survey_link>> found(asking.size());
+  std::vector<std::size_t> tried_of(asking.size());
+  parallel_for(
+      exec, "overlaps", asking.size(),
+      [&](std::size_t i) { found[i] = links_of(maps, index, asking[i], !all, tried_of[i]); }, 1);
+  for (std::size_t i = 0; i < asking.size(); ++i) {
+    tried += tried_of[i];
+    for (survey_link& l : found[i]) links.push_back(std::move(l));
+  }
+  keep_best_of_pairs(links);
+}
+
+/// Number of links that each map has and uses.
+inline std::vector<std::size_t> count_links(std::span<const survey_link> links, std::size_t maps) {
+  std::vector<std::size_t> count(maps);
+  for (const survey_link& l : links)
+    if (l.used) ++count[l.source], ++count[l.target];
+  return count;
+}
+
+/// Links of all maps: at first by triangles that hardly differ, of which few are alike by chance; maps that
+/// found few links ask again with ever coarser ones.
+inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, double max_log10_nfa,
+                                           std::size_t& tried, const execution& exec) {
+  constexpr double tolerances[] = {0.03, 0.06, 0.12};  // [m]
+  constexpr std::size_t enough = 3;                    // links, of which two may be wrong
+  std::vector<survey_link> links;
+  std::vector<std::size_t> count(maps.size());
+  for (const double tolerance : tolerances) {
+    add_links(maps, tolerance, [&](std::size_t m) { return count[m] < enough && maps[m].stems.size() > 3; }, links, tried,
+              exec);
+    use_supported_links(links, maps.size(), max_log10_nfa);
+    count = count_links(links, maps.size());
+  }
+  return links;
+}
+
+}  // namespace globalmatch::detail

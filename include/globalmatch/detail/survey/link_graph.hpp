@@ -1,0 +1,198 @@
+// The graph of a survey: which links support each other, and where they place the maps at first.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+
+namespace globalmatch::detail {
+
+/// The links of each map, those with lower neighbors first. Refers to the links.
+class link_graph {
+ public:
+  struct edge {
+    std::uint32_t neighbor, link;
+  };
+
+  /// Only links that `takes(link)`.
+  template <class Takes>
+  link_graph(std::size_t maps, std::span<const survey_link> links, const Takes& takes)
+      : links_(links), edges_(maps) {
+    for (std::uint32_t l = 0; l < links.size(); ++l) {
+      if (!takes(links[l])) continue;
+      edges_[links[l].source].push_back({links[l].target, l});
+      edges_[links[l].target].push_back({links[l].source, l});
+    }
+    for (auto& of_map : edges_)
+      std::sort(of_map.begin(), of_map.end(),
+                [](const edge& a, const edge& b) { return a.neighbor < b.neighbor; });
+  }
+
+  std::size_t size() const { return edges_.size(); }
+  std::span<const edge> of(std::size_t map) const { return edges_[map]; }
+  const survey_link& link(const edge& e) const { return links_[e.link]; }
+
+  /// Where a map is in the frame of its neighbor.
+  plan_pose neighbor_from(std::uint32_t map, const edge& e) const {
+    const survey_link& l = links_[e.link];
+    return l.source == map ? l.target_from_source : l.target_from_source.inverse();
+  }
+
+  /// Calls `visit(first, second)` for the edges from `a` and from `b` that lead to one map.
+  template <class Visit>
+  void for_each_common_neighbor(std::uint32_t a, std::uint32_t b, const Visit& visit) const {
+    const auto &of_a = edges_[a], &of_b = edges_[b];
+    for (std::size_t i = 0, j = 0; i < of_a.size() && j < of_b.size();) {
+      if (of_a[i].neighbor < of_b[j].neighbor)
+        ++i;
+      else if (of_b[j].neighbor < of_a[i].neighbor)
+        ++j;
+      else
+        visit(of_a[i++], of_b[j++]);
+    }
+  }
+
+ private:
+  std::span<const survey_link> links_;
+  std::vector<std::vector<edge>> edges_;
+};
+
+/// Variance [m^2] of where a link places what is `arm` [m] from its center, along both axes together.
+inline double variance_at(const survey_link& link, double arm) {
+  return link.covariance(0, 0) + link.covariance(1, 1) + link.covariance(2, 2) * arm * arm;
+}
+
+/// Whether link `l` and the two others of a cycle of three agree where they place the center of `l`: within
+/// four standard deviations, and what these leave out of account.
+inline bool is_closed(const link_graph& graph, const survey_link& l, const link_graph::edge& of_source,
+                      const link_graph::edge& of_target) {
+  constexpr double deviations = 4, shift_floor = 0.05, yaw_floor = 0.005;  // [m] [rad]
+  const plan_pose third_from_source = graph.neighbor_from(l.source, of_source),
+                  third_from_target = graph.neighbor_from(l.target, of_target);
+  const vec2 by_link = third_from_target * l.center,
+             by_others = third_from_source * l.center_in_source();
+  double variance = shift_floor * shift_floor + variance_at(l, 0), yaw_variance = yaw_floor * yaw_floor;
+  const auto center_in_third = [&](const link_graph::edge& e) {
+    const survey_link& other = graph.link(e);
+    return other.target == e.neighbor ? other.center : other.center_in_source();
+  };
+  variance += variance_at(graph.link(of_source), (center_in_third(of_source) - by_others).norm());
+  variance += variance_at(graph.link(of_target), (center_in_third(of_target) - by_link).norm());
+  for (const survey_link* of : {&l, &graph.link(of_source), &graph.link(of_target)})
+    yaw_variance += of->covariance(2, 2);
+  const double turned =
+      wrapped(third_from_target.yaw + l.target_from_source.yaw - third_from_source.yaw);
+  return (by_link - by_others).squared_norm() < deviations * deviations * variance &&
+         turned * turned < deviations * deviations * yaw_variance;
+}
+
+/// Counts the cycles of three links that close, for each link. `max_log10_nfa`: a link that is less significant
+/// needs a cycle whose links that are not significant are so together. Links without are not used any more.
+inline void use_supported_links(std::vector<survey_link>& links, std::size_t maps, double max_log10_nfa) {
+  const link_graph graph(maps, links, [](const survey_link&) { return true; });
+  const auto is_strong = [&](const survey_link& l) { return l.log10_nfa <= max_log10_nfa; };
+  std::vector<std::uint8_t> used(links.size());
+  std::vector<std::size_t> cycles(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    used[i] = is_strong(links[i]);
+    graph.for_each_common_neighbor(links[i].source, links[i].target, [&](const auto& s, const auto& t) {
+      if (!is_closed(graph, links[i], s, t)) return;
+      double weak = is_strong(links[i]) ? 0 : links[i].log10_nfa;
+      std::size_t of_weak = is_strong(links[i]) ? 0 : 1;
+      for (const auto& e : {s, t})
+        if (!is_strong(graph.link(e))) weak += graph.link(e).log10_nfa, ++of_weak;
+      if (of_weak > 1 && weak > max_log10_nfa) return;
+      ++cycles[i];
+      used[i] = true;
+    });
+  }
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    links[i].used = used[i] != 0;
+    links[i].supporting_cycles = cycles[i];
+  }
+}
+
+/// Components of maps by links that are used.
+struct components {
+  std::vector<std::uint32_t> of;         ///< each map
+  std::vector<std::uint32_t> reference;  ///< the map of most links of each component
+  std::size_t count() const { return reference.size(); }
+};
+
+/// Numbered by the lowest of their maps. `preferred`: a map that is the reference of its component.
+inline components find_components(const link_graph& graph, std::size_t preferred) {
+  constexpr std::uint32_t none = ~std::uint32_t(0);
+  components found;
+  found.of.assign(graph.size(), none);
+  std::vector<std::uint32_t> open;
+  for (std::uint32_t first = 0; first < graph.size(); ++first) {
+    if (found.of[first] != none) continue;
+    const auto number = std::uint32_t(found.count());
+    found.reference.push_back(first);
+    found.of[first] = number;
+    open.assign(1, first);
+    while (!open.empty()) {
+      const std::uint32_t m = open.back();
+      open.pop_back();
+      std::uint32_t& reference = found.reference.back();
+      if (reference != preferred && (m == preferred || graph.of(m).size() > graph.of(reference).size() ||
+                                     (graph.of(m).size() == graph.of(reference).size() && m < reference)))
+        reference = m;
+      for (const auto& e : graph.of(m))
+        if (found.of[e.neighbor] == none) found.of[e.neighbor] = number, open.push_back(e.neighbor);
+    }
+  }
+  return found;
+}
+
+/// Poses along the links that most cycles support, of these the most significant ones first: a spanning tree
+/// of each component, from its reference.
+inline std::vector<plan_pose> poses_by_spanning_tree(std::span<const survey_link> links, std::size_t maps,
+                                                     const components& parts) {
+  std::vector<std::uint32_t> order, parent(maps);
+  for (std::uint32_t l = 0; l < links.size(); ++l)
+    if (links[l].used) order.push_back(l);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    if (links[a].supporting_cycles != links[b].supporting_cycles)
+      return links[a].supporting_cycles > links[b].supporting_cycles;
+    return links[a].log10_nfa != links[b].log10_nfa ? links[a].log10_nfa < links[b].log10_nfa : a < b;
+  });
+  std::iota(parent.begin(), parent.end(), 0u);
+  const auto root = [&](std::uint32_t m) {
+    while (parent[m] != m) m = parent[m] = parent[parent[m]];
+    return m;
+  };
+  std::vector<std::uint8_t> in_tree(links.size());
+  for (const std::uint32_t l : order) {
+    const std::uint32_t a = root(links[l].source), b = root(links[l].target);
+    if (a == b) continue;
+    parent[a] = b;
+    in_tree[l] = true;
+  }
+  const link_graph tree(maps, links, [&](const survey_link& l) { return in_tree[std::size_t(&l - links.data())] != 0; });
+  std::vector<plan_pose> poses(maps);
+  std::vector<std::uint8_t> placed(maps);
+  std::vector<std::uint32_t> open(parts.reference);
+  for (const std::uint32_t m : open) placed[m] = true;
+  while (!open.empty()) {
+    const std::uint32_t m = open.back();
+    open.pop_back();
+    for (const auto& e : tree.of(m)) {
+      if (placed[e.neighbor]) continue;
+      placed[e.neighbor] = true;
+      poses[e.neighbor] = poses[m] * tree.neighbor_from(m, e).inverse();
+      open.push_back(e.neighbor);
+    }
+  }
+  return poses;
+}
+
+}  // namespace globalmatch::detail

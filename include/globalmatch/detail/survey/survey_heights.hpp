@@ -1,0 +1,172 @@
+// Heights of the maps of a survey, once they are placed in plan: from the heights of the trees that they have
+// in common.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/robust.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/block_system.hpp"
+#include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/survey_trees.hpp"
+
+namespace globalmatch::detail {
+
+struct survey_heights {
+  std::vector<double> of_map;       ///< [m] by which each is raised
+  std::vector<double> sigma;        ///< [m] of these, against the reference
+  std::vector<std::uint8_t> known;  ///< by trees in common with the reference, or with maps that have some
+  double stem_sigma = 0;            ///< [m] of a stem's height
+  std::vector<double> weights;      ///< of the observations of the trees
+};
+
+/// Heights along the links that are used, by the median of the paired stems, from each reference on.
+inline void heights_along_links(std::span<const prepared_stems> maps, const link_graph& graph,
+                                std::span<const std::uint32_t> references, survey_heights& heights) {
+  std::vector<std::uint32_t> open;
+  for (const std::uint32_t m : references)
+    if (maps[m].stems.has_heights) heights.known[m] = true, open.push_back(m);
+  for (std::size_t next = 0; next < open.size(); ++next) {
+    const std::uint32_t m = open[next];
+    for (const auto& e : graph.of(m)) {
+      if (heights.known[e.neighbor] || !maps[e.neighbor].stems.has_heights) continue;
+      const survey_link& l = graph.link(e);
+      std::vector<double> above;  // the neighbor's stems, those of `m`
+      for (const correspondence& c : l.correspondences) {
+        const double of_source = maps[l.source].stems.at[c.source].z, of_target = maps[l.target].stems.at[c.target].z;
+        above.push_back(l.source == m ? of_target - of_source : of_source - of_target);
+      }
+      heights.of_map[e.neighbor] = heights.of_map[m] - median(above);
+      heights.known[e.neighbor] = true;
+      open.push_back(e.neighbor);
+    }
+  }
+}
+
+/// The adjustment of heights to those of trees, which are eliminated. Refers to all that it is given.
+class height_adjustment {
+ public:
+  height_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
+                    const unknown_poses& unknowns, survey_heights& heights)
+      : maps_(maps), trees_(trees), unknowns_(unknowns), heights_(heights), system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
+    heights_.weights.assign(trees.stems.size(), 0);
+    for (std::size_t i = 0; i < trees.stems.size(); ++i)
+      heights_.weights[i] = heights_.known[trees.stems[i].map] ? 1 : 0;
+  }
+
+  /// False where the trees do not determine all heights.
+  bool adjust() {
+    constexpr int max_iterations = 10;
+    constexpr double converged = 1e-6;  // [m]
+    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+      poll_cancelled();
+      reweight();
+      fill();
+      if (unknowns_.count == 0) return true;
+      if (!system_.factorize()) return false;
+      const Eigen::VectorXd change = system_.solve();
+      for (std::size_t m = 0; m < maps_.size(); ++m)
+        if (unknowns_.of[m] != unknown_poses::fixed) heights_.of_map[m] += change[Eigen::Index(unknowns_.of[m])];
+      if (change.cwiseAbs().maxCoeff() < converged) break;
+    }
+    for (std::size_t m = 0; m < maps_.size(); ++m)
+      if (unknowns_.of[m] != unknown_poses::fixed)
+        heights_.sigma[m] = heights_.stem_sigma * std::sqrt(system_.inverse_block(unknowns_.of[m])(0, 0));
+    return true;
+  }
+
+ private:
+  double placed(std::size_t i) const {
+    const stem_of_map& o = trees_.stems[i];
+    return maps_[o.map].stems.at[o.stem].z + heights_.of_map[o.map];
+  }
+
+  /// Mean height [m] of a tree, and the sum of its weights.
+  std::pair<double, double> mean(std::size_t tree) const {
+    double sum = 0, total = 0;
+    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i)
+      sum += heights_.weights[i] * placed(i), total += heights_.weights[i];
+    return {total > 0 ? sum / total : 0, total};
+  }
+
+  void reweight() {
+    constexpr double min_sigma = 1e-3;  // [m]
+    std::vector<double> off(trees_.stems.size(), 0), sample;
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      std::vector<double> of_tree;
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
+        if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
+      if (of_tree.size() < 2) continue;
+      const double count = double(of_tree.size()), middle = median(of_tree);
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
+        if (!heights_.known[trees_.stems[i].map]) continue;
+        off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
+        sample.push_back(std::abs(off[i]));
+      }
+    }
+    if (sample.empty()) return;
+    heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample));
+    const double largest = tukey_constant * heights_.stem_sigma;
+    for (std::size_t i = 0; i < off.size(); ++i)
+      if (heights_.known[trees_.stems[i].map])
+        heights_.weights[i] = tukey_weight(off[i] * off[i] / (largest * largest));
+  }
+
+  void fill() {
+    system_.set_zero();
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      const auto [middle, total] = mean(t);
+      if (!(total > 0)) continue;
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
+        const std::uint32_t own = unknowns_.of[trees_.stems[i].map];
+        const double weight = heights_.weights[i];
+        if (own == unknown_poses::fixed || !(weight > 0)) continue;
+        add_right(own, -weight * (placed(i) - middle));
+        for (std::size_t k = trees_.first[t]; k < trees_.first[t + 1]; ++k) {
+          const std::uint32_t other = unknowns_.of[trees_.stems[k].map];
+          if (other == unknown_poses::fixed || other > own || !(heights_.weights[k] > 0)) continue;
+          add(own, other, (k == i ? weight : 0) - weight * heights_.weights[k] / total);
+        }
+      }
+    }
+  }
+  void add_right(std::size_t row, double summand) {
+    system_.add_right(row, block_system<1>::vector::Constant(summand));
+  }
+  void add(std::size_t row, std::size_t column, double summand) {
+    system_.add(row, column, block_system<1>::block::Constant(summand));
+  }
+
+  std::span<const prepared_stems> maps_;
+  const tree_observations& trees_;
+  const unknown_poses& unknowns_;
+  survey_heights& heights_;
+  block_system<1> system_;
+};
+
+/// The heights of maps, and what is known of them. Unknown ones are 0.
+inline survey_heights find_heights(std::span<const prepared_stems> maps, const tree_observations& trees,
+                                   const link_graph& used, std::span<const std::uint32_t> references) {
+  survey_heights heights;
+  heights.of_map.assign(maps.size(), 0);
+  heights.sigma.assign(maps.size(), 0);
+  heights.known.assign(maps.size(), 0);
+  heights_along_links(maps, used, references, heights);
+  std::vector<std::uint8_t> is_reference(maps.size());
+  for (const std::uint32_t m : references) is_reference[m] = true;
+  const unknown_poses unknowns(maps.size(), [&](std::size_t m) { return is_reference[m] || !heights.known[m]; });
+  height_adjustment adjustment(maps, trees, unknowns, heights);
+  if (!adjustment.adjust())
+    for (std::size_t m = 0; m < maps.size(); ++m) heights.known[m] = heights.known[m] && is_reference[m];
+  return heights;
+}
+
+}  // namespace globalmatch::detail

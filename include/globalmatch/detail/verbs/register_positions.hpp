@@ -1,0 +1,61 @@
+// The survey composed: find overlaps and links, place maps by them, adjust with trees as landmarks.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/compiled.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/find_links.hpp"
+#include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/survey_heights.hpp"
+#include "globalmatch/detail/verbs/describe_survey.hpp"
+#include "globalmatch/execution.hpp"
+#include "globalmatch/matching_options.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/survey.hpp"
+
+namespace globalmatch::detail {
+
+inline std::vector<prepared_stems> prepare_maps(std::vector<position_set>&& sets, const execution& exec) {
+  std::vector<prepared_stems> maps(sets.size());
+  parallel_for(
+      exec, "maps", sets.size(),
+      [&](std::size_t m) { maps[m] = without_triangles(std::move(sets[m]), true, {}); }, 1);
+  return maps;
+}
+
+/// The largest NFA of a link, which is one of as many as there are pairs of maps.
+inline double max_log10_nfa_of_survey(const decision_options& options, std::size_t maps) {
+  const double pairs = double(maps) * (double(maps) - 1) / 2;
+  return std::log10(options.max_nfa) - std::log10(std::max(1.0, pairs));
+}
+
+GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets, const survey_options& options,
+                                             const execution& exec, build_mode) {
+  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+  const parallel_scope scope(exec, "survey");
+  const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
+  survey result;
+  local_survey s;
+  s.maps = maps;
+  s.links = find_links(maps, max_log10_nfa_of_survey(options.decision, maps.size()), result.candidates, exec);
+  report_progress(exec, "adjustment", 0);
+  s.placed = place_maps(s.links, maps.size(), options.reference.value_or(none));
+  const link_graph used(maps.size(), s.links, [](const survey_link& l) { return l.used; });
+  s.members = members_of(s.placed, used);
+  s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
+  s.heights = find_heights(maps, s.adjusted.trees, used, s.placed.parts.reference);
+  describe_scans(result, s);
+  describe_links(result, s);
+  describe_trees(result, s);
+  return result;
+}
+
+}  // namespace globalmatch::detail

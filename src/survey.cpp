@@ -1,0 +1,2 @@
+#include <globalmatch/detail/verbs/register_positions.hpp>
+#include <globalmatch/survey.hpp>
