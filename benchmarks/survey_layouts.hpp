@@ -18,13 +18,13 @@ namespace globalmatch::benchmarks {
 
 /// How a stand is surveyed.
 struct survey_layout {
-  double spacing = 22;       ///< [m] of the stations, on a grid
-  double offset = 3;         ///< [m] by which each is off it, in x and in y, at most
-  double max_range = 40;     ///< [m] at which trees are seen
-  double half_range = 25;    ///< [m] at which half of those not hidden are detected
-  double noise = 0.035;      ///< [m] standard deviation of each coordinate of a stem
-  double false_stems = 0.05; ///< added, as a share of those seen
-  double radius = 0.12;      ///< [m] of the trees, that hide others
+  double spacing = 22;        ///< [m] of the stations, on a grid
+  double offset = 3;          ///< [m] by which each is off it, in x and in y, at most
+  double max_range = 40;      ///< [m] at which trees are seen
+  double half_range = 25;     ///< [m] at which half of those not hidden are detected
+  double noise = 0.035;       ///< [m] standard deviation of each coordinate of a stem
+  double false_stems = 0.05;  ///< added, as a share of those seen
+  double radius = 0.12;       ///< [m] of the trees, that hide others
 };
 
 /// A map of a survey, in the frame of its scan.
@@ -77,8 +77,8 @@ class tree_cells {
   std::vector<std::vector<std::size_t>> cells_;
 };
 
-/// Whether nearer trees, which are marked in `hidden` by directions, leave the middle of one to be seen; marks
-/// it in turn. Trees come nearest first.
+/// Whether nearer trees, which are marked in `hidden` by directions, leave the middle of one to be seen;
+/// marks it in turn. Trees come nearest first.
 inline bool is_seen(const Eigen::Vector2d& to_tree, double radius, std::vector<bool>& hidden) {
   const double turn = 2 * std::numbers::pi, width = turn / double(hidden.size());
   const double direction = std::atan2(to_tree.y(), to_tree.x()) + turn;
@@ -90,12 +90,14 @@ inline bool is_seen(const Eigen::Vector2d& to_tree, double radius, std::vector<b
 }
 
 /// What a station sees; the frame of its scan has any yaw.
-inline surveyed_map survey_from(const positions& trees, const tree_cells& cells, const Eigen::Vector2d& station,
-                                const survey_layout& layout, random_source& random) {
+inline surveyed_map survey_from(const positions& trees, const tree_cells& cells,
+                                const Eigen::Vector2d& station, const survey_layout& layout,
+                                random_source& random) {
   constexpr std::size_t directions = 7200;
   surveyed_map map;
   map.stand_from_scan.linear() =
-      Eigen::AngleAxisd(uniform(random, 0, 2 * std::numbers::pi), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+      Eigen::AngleAxisd(uniform(random, 0, 2 * std::numbers::pi), Eigen::Vector3d::UnitZ())
+          .toRotationMatrix();
   std::vector<std::pair<double, std::size_t>> by_distance;
   for (const std::size_t i : cells.within(station, layout.max_range))
     by_distance.emplace_back((trees[i].head<2>() - station).norm(), i);

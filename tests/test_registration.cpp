@@ -1,8 +1,8 @@
 #include "globalmatch/registration.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <tuple>
 

@@ -50,7 +50,8 @@ inline void add_link(block_system<3>& system, const unknown_poses& unknowns, con
   using vector = block_system<3>::vector;
   const link_residual r(link, source, target);
   const vec2 placed = source * link.center_in_source();
-  const vec2 of_source = quarter_turned(placed - source.shift), of_target = quarter_turned(placed - target.shift);
+  const vec2 of_source = quarter_turned(placed - source.shift),
+             of_target = quarter_turned(placed - target.shift);
   const double cosine = std::cos(target.yaw), sine = std::sin(target.yaw);
   // Shifts of the survey's axes in those of the target.
   matrix to_target, by_source, by_target, weight;
@@ -91,24 +92,26 @@ inline double move_poses(std::span<plan_pose> poses, const unknown_poses& unknow
 inline double squared_deviations(const survey_link& link, const link_residual& r) {
   constexpr double shift_floor = 0.03, yaw_floor = 0.002;  // [m] [rad]
   mat3 covariance = link.covariance;
-  covariance += mat3::diagonal_of({shift_floor * shift_floor, shift_floor * shift_floor, yaw_floor * yaw_floor});
+  covariance +=
+      mat3::diagonal_of({shift_floor * shift_floor, shift_floor * shift_floor, yaw_floor * yaw_floor});
   const vec3 residual = {r.shift.x, r.shift.y, r.turn};
   return residual.dot(covariance.inverse() * residual);
 }
 
 /// Adjusts the poses to the links that are used, and says of all links how they agree; those that do not are
 /// not used any more. What is far off counts less from the first iteration on, what is off by few standard
-/// deviations from the last ones on: errors that add up along a chain of links are no contradiction (graduated
-/// non-convexity: Black and Rangarajan 1996, Int. J. Computer Vision 19(1)). False where the links do not
-/// determine all unknowns.
+/// deviations from the last ones on: errors that add up along a chain of links are no contradiction
+/// (graduated non-convexity: Black and Rangarajan 1996, Int. J. Computer Vision 19(1)). False where the links
+/// do not determine all unknowns.
 inline bool adjust_links(std::span<plan_pose> poses, const unknown_poses& unknowns,
                          std::vector<survey_link>& links) {
   constexpr int max_iterations = 30;
-  constexpr double first_scale = 8, last_scale = 0.25, arm = 10;   // [m]
-  constexpr double max_deviations = 5, converged = 1e-5;  // [m]
+  constexpr double first_scale = 8, last_scale = 0.25, arm = 10;  // [m]
+  constexpr double max_deviations = 5, converged = 1e-5;          // [m]
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const survey_link& l : links)
-    if (l.used && unknowns.of[l.source] != unknown_poses::fixed && unknowns.of[l.target] != unknown_poses::fixed)
+    if (l.used && unknowns.of[l.source] != unknown_poses::fixed &&
+        unknowns.of[l.target] != unknown_poses::fixed)
       pairs.emplace_back(unknowns.of[l.source], unknowns.of[l.target]);
   block_system<3> system(unknowns.count, std::move(pairs));
   double scale = first_scale;

@@ -33,8 +33,8 @@ struct adjusted_survey {
 /// Trees of all components, and of maps that stand alone none.
 inline tree_observations trees_of_components(std::span<const prepared_stems> maps,
                                              std::span<const plan_pose> poses,
-                                             const std::vector<std::vector<std::uint32_t>>& members, double radius,
-                                             std::vector<std::uint32_t>& component_of_tree) {
+                                             const std::vector<std::vector<std::uint32_t>>& members,
+                                             double radius, std::vector<std::uint32_t>& component_of_tree) {
   tree_observations all;
   component_of_tree.clear();
   for (std::uint32_t c = 0; c < members.size(); ++c) {
@@ -81,7 +81,7 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
     result.weights.assign(adjustment.weights().begin(), adjustment.weights().end());
     result.stem_sigma = adjustment.sigma();
     if (iteration + 1 < iterations) continue;
-    for (std::size_t m = 0; m < maps.size(); ++m) result.covariance[m] = adjustment.covariance(m);
+    result.covariance = adjustment.covariances();
   }
   return result;
 }

@@ -1,5 +1,5 @@
-// The links of all maps of a survey. In: maps. Out: pairs of them whose stems agree, those that are significant
-// or that cycles support in use.
+// The links of all maps of a survey. In: maps. Out: pairs of them whose stems agree, those that are
+// significant or that cycles support in use.
 #pragma once
 
 #include <algorithm>
@@ -12,21 +12,36 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/link_maps.hpp"
 #include "globalmatch/detail/survey/overlap_index.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/execution.hpp"
 
 namespace globalmatch::detail {
 
-/// The links of a map with later ones, or with all others, by candidates that are tried on all stems.
+/// How maps ask for links.
+struct link_question {
+  double tolerance;      ///< [m] edges of congruent triangles differ by less
+  bool all_others;       ///< not only of later maps, which ask themselves
+  double max_log10_nfa;  ///< of a link that needs no other
+};
+
+/// The links of a map by candidates that are tried on all stems, those of most votes first, until many in a
+/// row have failed.
 inline std::vector<survey_link> links_of(std::span<const prepared_stems> maps, const overlap_index& index,
-                                         std::size_t map, bool all_others, std::size_t& tried) {
-  constexpr std::size_t max_candidates = 64;
-  const std::vector<overlap_candidate> candidates = index.candidates_of(map, max_candidates, all_others);
-  tried += candidates.size();
+                                         std::size_t map, const link_question& asked, std::size_t& tried) {
+  constexpr std::size_t max_candidates = 64, max_failures = 16, max_plantation_tries = 6;
+  plantation_tries tries{max_plantation_tries};
   std::vector<survey_link> links;
-  for (const overlap_candidate& c : candidates)
-    if (auto link = link_maps(maps, c.source, c.target, c.pairs)) links.push_back(std::move(*link));
+  std::size_t failures = 0;
+  for (const overlap_candidate& c :
+       index.candidates_of(map, asked.tolerance, max_candidates, asked.all_others)) {
+    if (failures == max_failures) break;
+    ++tried;
+    ++failures;
+    if (auto link = link_maps(maps, c, asked.max_log10_nfa, tries))
+      links.push_back(std::move(*link)), failures = 0;
+  }
   return links;
 }
 
@@ -43,21 +58,15 @@ inline void keep_best_of_pairs(std::vector<survey_link>& links) {
               links.end());
 }
 
-/// Adds the links of the maps that `asks(map)`, by triangles whose edges differ by less than `tolerance` [m].
-template <class Asks>
-void add_links(std::span<const prepared_stems> maps, double tolerance, const Asks& asks,
-               std::vector<survey_link>& links, std::size_t& tried, const execution& exec) {
-  std::vector<std::size_t> asking;
-  for (std::size_t m = 0; m < maps.size(); ++m)
-    if (asks(m)) asking.push_back(m);
-  if (asking.empty()) return;
-  const bool all = asking.size() == maps.size();
-  const overlap_index index(maps, tolerance, exec);
+/// Adds the links of the maps `asking`.
+inline void add_links(std::span<const prepared_stems> maps, const overlap_index& index,
+                      std::span<const std::size_t> asking, const link_question& asked,
+                      std::vector<survey_link>& links, std::size_t& tried, const execution& exec) {
   std::vector<std::vector<survey_link>> found(asking.size());
   std::vector<std::size_t> tried_of(asking.size());
   parallel_for(
       exec, "overlaps", asking.size(),
-      [&](std::size_t i) { found[i] = links_of(maps, index, asking[i], !all, tried_of[i]); }, 1);
+      [&](std::size_t i) { found[i] = links_of(maps, index, asking[i], asked, tried_of[i]); }, 1);
   for (std::size_t i = 0; i < asking.size(); ++i) {
     tried += tried_of[i];
     for (survey_link& l : found[i]) links.push_back(std::move(l));
@@ -78,12 +87,15 @@ inline std::vector<std::size_t> count_links(std::span<const survey_link> links, 
 inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, double max_log10_nfa,
                                            std::size_t& tried, const execution& exec) {
   constexpr double tolerances[] = {0.03, 0.06, 0.12};  // [m]
-  constexpr std::size_t enough = 3;                    // links, of which two may be wrong
+  constexpr std::size_t enough = 3, min_stems = 4;     // links, of which two may be wrong
+  const overlap_index index(maps, 2 * tolerances[0], exec);
   std::vector<survey_link> links;
   std::vector<std::size_t> count(maps.size());
   for (const double tolerance : tolerances) {
-    add_links(maps, tolerance, [&](std::size_t m) { return count[m] < enough && maps[m].stems.size() > 3; }, links, tried,
-              exec);
+    std::vector<std::size_t> asking;
+    for (std::size_t m = 0; m < maps.size(); ++m)
+      if (count[m] < enough && maps[m].stems.size() >= min_stems) asking.push_back(m);
+    add_links(maps, index, asking, {tolerance, tolerance > tolerances[0], max_log10_nfa}, links, tried, exec);
     use_supported_links(links, maps.size(), max_log10_nfa);
     count = count_links(links, maps.size());
   }

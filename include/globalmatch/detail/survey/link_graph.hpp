@@ -77,8 +77,7 @@ inline bool is_closed(const link_graph& graph, const survey_link& l, const link_
   constexpr double deviations = 4, shift_floor = 0.05, yaw_floor = 0.005;  // [m] [rad]
   const plan_pose third_from_source = graph.neighbor_from(l.source, of_source),
                   third_from_target = graph.neighbor_from(l.target, of_target);
-  const vec2 by_link = third_from_target * l.center,
-             by_others = third_from_source * l.center_in_source();
+  const vec2 by_link = third_from_target * l.center, by_others = third_from_source * l.center_in_source();
   double variance = shift_floor * shift_floor + variance_at(l, 0), yaw_variance = yaw_floor * yaw_floor;
   const auto center_in_third = [&](const link_graph::edge& e) {
     const survey_link& other = graph.link(e);
@@ -88,14 +87,14 @@ inline bool is_closed(const link_graph& graph, const survey_link& l, const link_
   variance += variance_at(graph.link(of_target), (center_in_third(of_target) - by_link).norm());
   for (const survey_link* of : {&l, &graph.link(of_source), &graph.link(of_target)})
     yaw_variance += of->covariance(2, 2);
-  const double turned =
-      wrapped(third_from_target.yaw + l.target_from_source.yaw - third_from_source.yaw);
+  const double turned = wrapped(third_from_target.yaw + l.target_from_source.yaw - third_from_source.yaw);
   return (by_link - by_others).squared_norm() < deviations * deviations * variance &&
          turned * turned < deviations * deviations * yaw_variance;
 }
 
-/// Counts the cycles of three links that close, for each link. `max_log10_nfa`: a link that is less significant
-/// needs a cycle whose links that are not significant are so together. Links without are not used any more.
+/// Counts the cycles of three links that close, for each link. `max_log10_nfa`: a link that is less
+/// significant needs a cycle whose links that are not significant are so together. Links without are not used
+/// any more.
 inline void use_supported_links(std::vector<survey_link>& links, std::size_t maps, double max_log10_nfa) {
   const link_graph graph(maps, links, [](const survey_link&) { return true; });
   const auto is_strong = [&](const survey_link& l) { return l.log10_nfa <= max_log10_nfa; };
@@ -177,7 +176,8 @@ inline std::vector<plan_pose> poses_by_spanning_tree(std::span<const survey_link
     parent[a] = b;
     in_tree[l] = true;
   }
-  const link_graph tree(maps, links, [&](const survey_link& l) { return in_tree[std::size_t(&l - links.data())] != 0; });
+  const link_graph tree(maps, links,
+                        [&](const survey_link& l) { return in_tree[std::size_t(&l - links.data())] != 0; });
   std::vector<plan_pose> poses(maps);
   std::vector<std::uint8_t> placed(maps);
   std::vector<std::uint32_t> open(parts.reference);

@@ -57,17 +57,18 @@ inline std::vector<triangle> local_triangles(const prepared_stems& map, std::siz
 /// Immutable; refers to the maps.
 class overlap_index {
  public:
-  /// `tolerance` [m]: edges of congruent triangles differ by less.
-  overlap_index(std::span<const prepared_stems> maps, double tolerance, const execution& exec)
-      : maps_(maps), tolerance_(tolerance), triangles_(maps.size()), first_(maps.size() + 1, 0) {
+  /// `cell` [m]: twice the tolerance that is asked for most.
+  overlap_index(std::span<const prepared_stems> maps, double cell, const execution& exec)
+      : maps_(maps), triangles_(maps.size()) {
     parallel_for(
         exec, "triangles", maps.size(),
         [&](std::size_t m) { triangles_[m] = local_triangles(maps_[m], neighbors); }, 1);
-    for (std::size_t m = 0; m < maps.size(); ++m) first_[m + 1] = first_[m] + triangles_[m].size();
+    std::size_t count = 0;
+    for (const auto& of_map : triangles_) count += of_map.size();
     constexpr std::size_t max_parts = 8;
     const std::size_t parts = std::min({maps.size(), std::size_t(thread_count(exec)), max_parts});
     grid_ = grid(
-        first_.back(), float(2 * tolerance), std::max<std::size_t>(1, parts),
+        count, float(cell), std::max<std::size_t>(1, parts),
         [&](std::size_t part, std::size_t all, const auto& visit) {
           for (std::size_t m = part * maps_.size() / all; m < (part + 1) * maps_.size() / all; ++m)
             for (std::size_t t = 0; t < triangles_[m].size(); ++t) visit(item_of(m, t));
@@ -76,15 +77,15 @@ class overlap_index {
   }
 
   /// The transforms of a map onto later ones, or all others, that two votes or more ask for: those of most
-  /// votes first, at most `maximum`.
-  std::vector<overlap_candidate> candidates_of(std::size_t source, std::size_t maximum,
-                                               bool all_others = false) const {
-    std::vector<vote> votes = votes_of(source, all_others);
+  /// votes first, at most `maximum`. Edges of congruent triangles differ by less than `tolerance` [m].
+  std::vector<overlap_candidate> candidates_of(std::size_t source, double tolerance, std::size_t maximum,
+                                               bool all_others) const {
+    std::vector<vote> votes = votes_of(source, tolerance, all_others);
     std::sort(votes.begin(), votes.end());
     std::vector<overlap_candidate> found;
     for (std::size_t begin = 0, end = 0; begin < votes.size(); begin = end) {
       while (end < votes.size() && votes[end].map == votes[begin].map) ++end;
-      add_peaks(source, std::span(votes).subspan(begin, end - begin), found);
+      add_peaks(source, tolerance, std::span(votes).subspan(begin, end - begin), found);
     }
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& a, const auto& b) { return a.votes > b.votes; });
@@ -104,8 +105,8 @@ class overlap_index {
 
   struct vote {
     std::uint32_t map;
-    float yaw;   // [rad] 0 to a full turn
-    float x, y;  // [m] where the middle of the source map is placed
+    float yaw;                     // [rad] 0 to a full turn
+    float x, y;                    // [m] where the middle of the source map is placed
     std::uint32_t source, target;  // triangles
 
     bool operator<(const vote& other) const {
@@ -115,9 +116,6 @@ class overlap_index {
     }
   };
 
-  indexed_triangle described(std::size_t m, std::size_t t) const {
-    return described(m, triangles_[m][t], t);
-  }
   indexed_triangle described(std::size_t m, const triangle& t, std::size_t number) const {
     const auto& at = maps_[m].stems.at;
     const vec3 &a = at[t.vertices[0]], &b = at[t.vertices[1]], &c = at[t.vertices[2]];
@@ -125,28 +123,42 @@ class overlap_index {
             float((a.x + b.x + c.x) / 3), float((a.y + b.y + c.y) / 3)};
   }
   grid::item item_of(std::size_t m, std::size_t t) const {
-    return {edge_point(triangles_[m][t]), described(m, t)};
+    return {edge_point(triangles_[m][t]), described(m, triangles_[m][t], t)};
   }
 
-  /// Triangles that very many others are like say nothing, and cost most.
-  std::vector<vote> votes_of(std::size_t source, bool all_others) const {
-    constexpr std::size_t max_like = 512;
-    std::vector<vote> votes;
+  /// The votes of the triangles that fewest others are like: the rest says little, and costs most.
+  std::vector<vote> votes_of(std::size_t source, double tolerance, bool all_others) const {
+    constexpr std::size_t max_like = 1024, votes_of_pair = 256, most_votes = 40'000;
+    const std::size_t max_votes = std::min(most_votes, votes_of_pair * maps_.size());
     const vec2 middle = middle_of(source);
+    std::vector<vote> votes, chosen;
+    std::vector<keyed> triangles;  // by how many are like them; where their votes begin
     for (std::size_t t = 0; t < triangles_[source].size(); ++t) {
-      if (t % 256 == 0) poll_cancelled();
-      for (const triangle& asked : admissible_orders(triangles_[source][t], tolerance_)) {
+      if (t % 64 == 0) poll_cancelled();
+      const std::size_t before = votes.size();
+      bool is_common = false;
+      for (const triangle& asked : admissible_orders(triangles_[source][t], tolerance)) {
         const indexed_triangle own = described(source, asked, t);
-        const std::size_t before = votes.size();
-        grid_.for_each_near(edge_point(asked), float(tolerance_), [&](const auto& item) {
+        is_common = is_common || grid_.any_near(edge_point(asked), float(tolerance), [&](const auto& item) {
           const indexed_triangle& other = item.label;
-          if (other.map == source || (!all_others && other.map < source)) return;
-          if (votes.size() - before <= max_like) votes.push_back(vote_of(own, other, middle));
+          if (other.map != source && (all_others || other.map > source))
+            votes.push_back(vote_of(own, other, middle));
+          return votes.size() - before > max_like;
         });
-        if (votes.size() - before > max_like) votes.resize(before);
       }
+      if (is_common)
+        votes.resize(before);
+      else if (votes.size() > before)
+        triangles.push_back({votes.size() - before, before});
     }
-    return votes;
+    if (votes.size() <= max_votes) return votes;
+    sort_keyed(triangles);
+    for (const keyed& t : triangles) {
+      if (chosen.size() + t.key > max_votes) break;
+      const auto begin = votes.begin() + std::ptrdiff_t(t.value);
+      chosen.insert(chosen.end(), begin, begin + std::ptrdiff_t(t.key));
+    }
+    return chosen;
   }
 
   static vote vote_of(const indexed_triangle& own, const indexed_triangle& other, const vec2& middle) {
@@ -171,7 +183,7 @@ class overlap_index {
   }
 
   /// Adds the transforms that most of the votes for one map, sorted by yaw, agree on.
-  void add_peaks(std::size_t source, std::span<const vote> votes,
+  void add_peaks(std::size_t source, double tolerance, std::span<const vote> votes,
                  std::vector<overlap_candidate>& found) const {
     constexpr std::size_t max_peaks = 3, min_votes = 2;
     std::vector<bool> taken(votes.size(), false);
@@ -185,24 +197,24 @@ class overlap_index {
       overlap_candidate candidate{std::uint32_t(source), votes[best].map, 0, {}};
       std::vector<std::size_t> agreeing;
       visit_agreeing(votes, best, taken, [&](std::size_t i) { agreeing.push_back(i); });
-      for (const std::size_t i : agreeing) add_vote(candidate, votes[i]), taken[i] = true;
+      for (const std::size_t i : agreeing) add_vote(candidate, tolerance, votes[i]), taken[i] = true;
       found.push_back(std::move(candidate));
     }
   }
 
-  void add_vote(overlap_candidate& candidate, const vote& v) const {
+  void add_vote(overlap_candidate& candidate, double tolerance, const vote& v) const {
     constexpr std::size_t max_pairs = 48;
+    constexpr double rounding = 1e-3;  // of the index, which has floats
     ++candidate.votes;
     if (candidate.pairs.size() >= max_pairs) return;
     // The order of the vertices that agrees with the yaw; the triangle may have been asked in another.
-    for (const triangle& asked : admissible_orders(triangles_[candidate.source][v.source], tolerance_)) {
+    for (const triangle& asked : admissible_orders(triangles_[candidate.source][v.source], tolerance)) {
       const triangle& target = triangles_[candidate.target][v.target];
-      const bool alike = std::abs(asked.edges[0] - target.edges[0]) <= tolerance_ * 1.001 &&
-                         std::abs(asked.edges[1] - target.edges[1]) <= tolerance_ * 1.001 &&
-                         std::abs(asked.edges[2] - target.edges[2]) <= tolerance_ * 1.001;
+      bool alike = true;
+      for (std::size_t e = 0; e < 3; ++e)
+        alike = alike && std::abs(asked.edges[e] - target.edges[e]) <= tolerance * (1 + rounding);
       if (!alike) continue;
-      for (std::size_t i = 0; i < 3; ++i)
-        candidate.pairs.push_back({asked.vertices[i], target.vertices[i]});
+      for (std::size_t i = 0; i < 3; ++i) candidate.pairs.push_back({asked.vertices[i], target.vertices[i]});
       return;
     }
   }
@@ -210,8 +222,8 @@ class overlap_index {
   /// Visits the votes that agree with vote `i`, whose yaws follow on its own, and counts them; no more than
   /// decide.
   template <class Visit>
-  static std::size_t visit_agreeing(std::span<const vote> votes, std::size_t i, const std::vector<bool>& taken,
-                                    const Visit& visit) {
+  static std::size_t visit_agreeing(std::span<const vote> votes, std::size_t i,
+                                    const std::vector<bool>& taken, const Visit& visit) {
     constexpr float yaw_width = 0.12f, half_width = 1.25f;  // [rad] [m] four deviations of a vote (ours)
     constexpr float turn = 2 * std::numbers::pi_v<float>;
     constexpr std::size_t enough = 24;
@@ -231,9 +243,7 @@ class overlap_index {
   }
 
   std::span<const prepared_stems> maps_;
-  double tolerance_;
   std::vector<std::vector<triangle>> triangles_;  // of each map
-  std::vector<std::size_t> first_;                // of each map, counted over all
   grid grid_;
 };
 

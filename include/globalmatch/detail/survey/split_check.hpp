@@ -59,7 +59,8 @@ inline split_check check_by_halves(std::span<const shared_stem> stems) {
   std::vector<double> off;
   for (const std::size_t half : {0u, 1u}) {
     std::vector<vec3> from, to;
-    for (std::size_t i = half; i < stems.size(); i += 2) from.push_back(stems[i].stem), to.push_back(stems[i].tree);
+    for (std::size_t i = half; i < stems.size(); i += 2)
+      from.push_back(stems[i].stem), to.push_back(stems[i].tree);
     const auto transform = fit_rigid(from, to, degrees_of_freedom::four);
     if (!transform) return {};
     for (std::size_t i = 1 - half; i < stems.size(); i += 2)

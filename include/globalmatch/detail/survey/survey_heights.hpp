@@ -41,7 +41,8 @@ inline void heights_along_links(std::span<const prepared_stems> maps, const link
       const survey_link& l = graph.link(e);
       std::vector<double> above;  // the neighbor's stems, those of `m`
       for (const correspondence& c : l.correspondences) {
-        const double of_source = maps[l.source].stems.at[c.source].z, of_target = maps[l.target].stems.at[c.target].z;
+        const double of_source = maps[l.source].stems.at[c.source].z,
+                     of_target = maps[l.target].stems.at[c.target].z;
         above.push_back(l.source == m ? of_target - of_source : of_source - of_target);
       }
       heights.of_map[e.neighbor] = heights.of_map[m] - median(above);
@@ -56,7 +57,11 @@ class height_adjustment {
  public:
   height_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
                     const unknown_poses& unknowns, survey_heights& heights)
-      : maps_(maps), trees_(trees), unknowns_(unknowns), heights_(heights), system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
+      : maps_(maps),
+        trees_(trees),
+        unknowns_(unknowns),
+        heights_(heights),
+        system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
     heights_.weights.assign(trees.stems.size(), 0);
     for (std::size_t i = 0; i < trees.stems.size(); ++i)
       heights_.weights[i] = heights_.known[trees.stems[i].map] ? 1 : 0;
@@ -65,7 +70,7 @@ class height_adjustment {
   /// False where the trees do not determine all heights.
   bool adjust() {
     constexpr int max_iterations = 10;
-    constexpr double converged = 1e-6;  // [m]
+    constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
       reweight();
@@ -74,12 +79,14 @@ class height_adjustment {
       if (!system_.factorize()) return false;
       const Eigen::VectorXd change = system_.solve();
       for (std::size_t m = 0; m < maps_.size(); ++m)
-        if (unknowns_.of[m] != unknown_poses::fixed) heights_.of_map[m] += change[Eigen::Index(unknowns_.of[m])];
+        if (unknowns_.of[m] != unknown_poses::fixed)
+          heights_.of_map[m] += change[Eigen::Index(unknowns_.of[m])];
       if (change.cwiseAbs().maxCoeff() < converged) break;
     }
+    const auto variances = system_.inverse_blocks();
     for (std::size_t m = 0; m < maps_.size(); ++m)
       if (unknowns_.of[m] != unknown_poses::fixed)
-        heights_.sigma[m] = heights_.stem_sigma * std::sqrt(system_.inverse_block(unknowns_.of[m])(0, 0));
+        heights_.sigma[m] = heights_.stem_sigma * std::sqrt(variances[unknowns_.of[m]](0, 0));
     return true;
   }
 
@@ -162,7 +169,8 @@ inline survey_heights find_heights(std::span<const prepared_stems> maps, const t
   heights_along_links(maps, used, references, heights);
   std::vector<std::uint8_t> is_reference(maps.size());
   for (const std::uint32_t m : references) is_reference[m] = true;
-  const unknown_poses unknowns(maps.size(), [&](std::size_t m) { return is_reference[m] || !heights.known[m]; });
+  const unknown_poses unknowns(maps.size(),
+                               [&](std::size_t m) { return is_reference[m] || !heights.known[m]; });
   height_adjustment adjustment(maps, trees, unknowns, heights);
   if (!adjustment.adjust())
     for (std::size_t m = 0; m < maps.size(); ++m) heights.known[m] = heights.known[m] && is_reference[m];

@@ -75,7 +75,8 @@ class tree_places {
 
   std::int64_t cell(double v) const { return std::int64_t(std::floor(v / radius_)); }
   std::size_t bucket(std::int64_t column, std::int64_t row) const {
-    const std::uint64_t hash = std::uint64_t(column) * 0x9e3779b97f4a7c15u + std::uint64_t(row) * 0xbf58476d1ce4e5b9u;
+    const std::uint64_t hash =
+        std::uint64_t(column) * 0x9e3779b97f4a7c15u + std::uint64_t(row) * 0xbf58476d1ce4e5b9u;
     return std::size_t(hash >> 32) & (heads_.size() - 1);
   }
   void link(std::uint32_t tree) {
@@ -95,8 +96,9 @@ class tree_places {
 
 /// Stems within `radius` [m] of a tree of the maps before are this tree, nearest ones first and one to one;
 /// others are new ones. Maps in `order`, which are those of one component. Cost: linear in the stems.
-inline tree_observations find_trees(std::span<const prepared_stems> maps, std::span<const std::uint32_t> order,
-                                    std::span<const plan_pose> poses, double radius) {
+inline tree_observations find_trees(std::span<const prepared_stems> maps,
+                                    std::span<const std::uint32_t> order, std::span<const plan_pose> poses,
+                                    double radius) {
   tree_places places(radius);
   std::vector<std::vector<stem_of_map>> seen;
   std::vector<keyed> candidates;
@@ -167,7 +169,11 @@ class tree_adjustment {
   /// `sigma` [m] of stems in plan, along each axis, where they do not know it themselves.
   tree_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
                   const unknown_poses& unknowns, double sigma)
-      : maps_(maps), trees_(trees), unknowns_(unknowns), sigma_(sigma), system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
+      : maps_(maps),
+        trees_(trees),
+        unknowns_(unknowns),
+        sigma_(sigma),
+        system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
     weights_.assign(trees.stems.size(), 1);
   }
 
@@ -175,7 +181,7 @@ class tree_adjustment {
   /// where the trees do not determine all of them.
   bool adjust(std::span<plan_pose> poses) {
     constexpr int max_iterations = 20;
-    constexpr double converged = 1e-6;  // [m]
+    constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
       reweight(poses);
@@ -192,13 +198,16 @@ class tree_adjustment {
   /// Of the observations of all trees, in their order: 0 for those that belong to none.
   std::span<const double> weights() const { return weights_; }
 
-  /// Covariance of shift and yaw of a pose, along the axes of the survey; after `adjust`.
-  mat3 covariance(std::size_t map) const {
-    mat3 result;
-    if (unknowns_.of[map] == unknown_poses::fixed) return result;
-    const auto block = system_.inverse_block(unknowns_.of[map]);
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) result(r, c) = block(r, c) * sigma_ * sigma_;
+  /// Covariances of shift and yaw of the poses, along the axes of the survey; 0 of fixed ones. After
+  /// `adjust`.
+  std::vector<mat3> covariances() const {
+    std::vector<mat3> result(unknowns_.of.size());
+    if (unknowns_.count == 0) return result;
+    const auto blocks = system_.inverse_blocks();
+    for (std::size_t m = 0; m < result.size(); ++m)
+      if (unknowns_.of[m] != unknown_poses::fixed)
+        for (int c = 0; c < 3; ++c)
+          for (int r = 0; r < 3; ++r) result[m](r, c) = blocks[unknowns_.of[m]](r, c) * sigma_ * sigma_;
     return result;
   }
 
@@ -228,7 +237,7 @@ class tree_adjustment {
 
   /// Weights follow the residuals; their deviation is estimated from the median of all.
   void reweight(std::span<const plan_pose> poses) {
-    constexpr double min_sigma = 1e-4;             // [m]
+    constexpr double min_sigma = 1e-4;               // [m]
     constexpr double median_of_chi_squared = 1.386;  // of two degrees of freedom
     std::vector<double> squares(trees_.stems.size(), 0), sample;
     for (std::size_t t = 0; t < trees_.size(); ++t) {

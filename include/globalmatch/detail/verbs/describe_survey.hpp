@@ -77,12 +77,15 @@ inline std::string reason_of(survey::status status, std::size_t stems) {
       return "no stems; " + std::string(more);
     case survey::status::unplaced:
       return stems < 4 ? std::to_string(stems) + " stems, at least 4 are needed; " + more
-                       : std::string("its stems fit those of another scan, but no better than some unrelated "
-                                     "scan's do; ") + more;
+                       : std::string(
+                             "its stems fit those of another scan, but no better than some unrelated "
+                             "scan's do; ") +
+                             more;
     case survey::status::placed_alone:
       return "its stems fit those of no other scan; " + std::string(more);
     case survey::status::ambiguous:
-      return "some of its links place it elsewhere than others do; more overlap is needed to distinguish them";
+      return "some of its links place it elsewhere than others do; more overlap is needed to distinguish "
+             "them";
     case survey::status::placed:
       break;
   }
@@ -138,8 +141,7 @@ inline std::vector<int> number_components(const local_survey& s, const std::vect
 inline void describe_scans(survey& result, const local_survey& s) {
   result.scans.resize(s.maps.size());
   const std::vector<const survey_link*> best = best_links(s);
-  const auto shared =
-      shared_stems(s.maps, s.adjusted.poses, s.adjusted.trees, s.adjusted.weights);
+  const auto shared = shared_stems(s.maps, s.adjusted.poses, s.adjusted.trees, s.adjusted.weights);
   for (const survey_link& l : s.links)
     if (l.used) ++result.scans[l.source].links, ++result.scans[l.target].links;
   for (std::size_t m = 0; m < s.maps.size(); ++m) {
@@ -208,7 +210,7 @@ inline void describe_trees(survey& result, const local_survey& s) {
     if (tree.seen.empty()) continue;
     const std::uint32_t map = trees.stems[trees.first[t]].map;
     const vec3 place = {sum.x / total, sum.y / total, of_heights > 0 ? sum.z / of_heights : 0};
-    tree.position = to_eigen(s.reference_of(map).stems.frame.to_scan(place) );
+    tree.position = to_eigen(s.reference_of(map).stems.frame.to_scan(place));
     tree.radius = radii.empty() ? 0 : median(radii);
     tree.sigma = s.adjusted.stem_sigma / std::sqrt(total);
     tree.height_sigma = of_heights > 0 ? s.heights.stem_sigma / std::sqrt(of_heights)
