@@ -5,7 +5,7 @@
 #include <bit>
 #include <cstring>
 
-#include "support/crc32c.hpp"
+#include "globalmatch/detail/core/crc32c.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support {
@@ -71,7 +71,7 @@ void e57_pages::read(std::uint64_t offset, std::span<char> bytes) const {
     file_.read(first * page_size, {buffer.data(), static_cast<std::size_t>(count * page_size)});
     for (std::uint64_t i = 0; i < count; ++i) {
       const std::span<const char> page(buffer.data() + i * page_size, page_size);
-      if (crc32c(page.first(content_size)) != load<std::uint32_t>(&page[content_size], std::endian::big))
+      if (detail::crc32c(page.first(content_size)) != load<std::uint32_t>(&page[content_size], std::endian::big))
         fail("is damaged in its page " + std::to_string(first + i) + " (bytes " +
                  std::to_string((first + i) * page_size) + " and on), which does not fit its checksum",
              "Copy the file again from where it was made, or export the scan again");

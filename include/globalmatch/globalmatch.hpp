@@ -13,6 +13,7 @@
 #include "globalmatch/positions.hpp"
 #include "globalmatch/registration.hpp"
 #include "globalmatch/stem_map.hpp"
+#include "globalmatch/stem_map_io.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
 #include "globalmatch/transform.hpp"

@@ -10,7 +10,7 @@ public = {'points': core, 'execution': core, 'positions': core, 'stem_map': word
           'triangles': box, 'local_matching': box, 'global_matching': box, 'transform': box, 'icp': box, 'evaluation': box, 'matching_options': box}
 may = {core: [core], words: [core, words], box: [core, words, box, 'global_matching', 'icp'], maps: [core, words, box, maps], match: [core, words, box, 'global_matching', match],
        'published': [core, words, box, maps, 'published'], 'survey': [core, words, box, match, 'survey'],
-       'global_matching': [core, words, box, 'global_matching'], 'icp': [core, words, 'icp'], verb: [core, words, box, maps, match, 'published', 'survey', 'global_matching', verb]}
+       'global_matching': [core, words, box, 'global_matching'], 'icp': [core, words, 'icp'], 'stem_map_io': [core, words, 'stem_map_io'], verb: [core, words, box, maps, match, 'published', 'survey', 'global_matching', 'stem_map_io', verb]}
 group = lambda h: h.split('/')[1] if h.startswith('detail/') else public.get(h[:-4], verb)  # detail/verbs/ is of the verbs
 headers = {p[len('include/globalmatch/'):]: re.findall(r'#include "globalmatch/(.+)"', open(p).read())
            for p in glob.glob('include/globalmatch/**/*.hpp', recursive=True)}

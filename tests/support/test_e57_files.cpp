@@ -7,7 +7,6 @@
 #include "catch.hpp"
 #include "e57_writer.hpp"
 #include "file_checks.hpp"
-#include "support/crc32c.hpp"
 
 namespace globalmatch::support {
 
@@ -58,16 +57,6 @@ bool is_nan(const Eigen::Vector3d& p) {
 }
 
 }  // namespace
-
-TEST_CASE("the checksum of pages is CRC-32C") {
-  CHECK(crc32c(std::string("123456789")) == 0xE3069283);  // the check value of the catalogue of CRCs
-  CHECK(crc32c(std::string(32, '\0')) == 0x8A9136AA);     // RFC 3720, B.4
-  std::string bytes;
-  for (int i = 0; i < 100; ++i) {
-    CHECK(crc32c(bytes) == slow_crc32c(bytes));
-    bytes.push_back(static_cast<char>(37 * i));
-  }
-}
 
 TEST_CASE("an E57 scan is read whatever packets cut its fields") {
   const temporary_directory directory;
