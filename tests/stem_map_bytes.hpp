@@ -16,19 +16,19 @@
 
 namespace globalmatch {
 
-inline std::string bytes_of(const stem_map& map, const map_provenance& provenance = {}) {
+inline std::string bytes_of(const stem_map& map, const stem_map_file::scan_record& provenance = {}) {
   std::ostringstream out;
   write_stem_map(out, map, provenance);
   return out.str();
 }
 
-inline stem_map_file read_back(const std::string& bytes, map_parts parts = map_parts::all) {
+inline stem_map_file read_back(const std::string& bytes, stem_map_file::parts parts = stem_map_file::parts::all) {
   std::istringstream in(bytes);
   return read_stem_map(in, parts);
 }
 
 /// What `read_stem_map` says about these bytes; empty when it reads them.
-inline std::string error_of(const std::string& bytes, map_parts parts = map_parts::all) {
+inline std::string error_of(const std::string& bytes, stem_map_file::parts parts = stem_map_file::parts::all) {
   try {
     read_back(bytes, parts);
   } catch (const std::runtime_error& error) {
@@ -41,7 +41,7 @@ inline bool says(const std::string& message, std::string_view words) {
   return message.find(words) != std::string::npos;
 }
 
-inline const map_provenance some_provenance = {"plot 7/scan_1.laz", "xxh3:0123456789abcdef",
+inline const stem_map_file::scan_record some_provenance = {"plot 7/scan_1.laz", "xxh3:0123456789abcdef",
                                                "{\"min_quality\": 0.6}", "0.1.0", "x86-64-v2"};
 
 /// A map in which every field differs from its default, without the mathematical functions of a platform.

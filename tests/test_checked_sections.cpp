@@ -36,7 +36,8 @@ class pipe_buffer : public std::streambuf {
 
 TEST_CASE("a reader stops behind its map, whatever it reads of it") {
   const std::string bytes = bytes_of(map_of_one_stem(), some_provenance);
-  for (const map_parts parts : {map_parts::provenance, map_parts::stems, map_parts::all}) {
+  for (const stem_map_file::parts parts :
+       {stem_map_file::parts::provenance, stem_map_file::parts::stems, stem_map_file::parts::all}) {
     std::istringstream file(bytes + bytes + "more");
     pipe_buffer buffer(file.str());
     std::istream pipe(&buffer);
@@ -51,7 +52,8 @@ TEST_CASE("a reader stops behind its map, whatever it reads of it") {
 TEST_CASE("a file that is cut off anywhere is an error, in a file and in a pipe") {
   const std::string bytes = bytes_of(map_of_one_stem(), some_provenance);
   for (std::size_t size = 0; size < bytes.size(); ++size)
-    for (const map_parts parts : {map_parts::provenance, map_parts::stems, map_parts::all}) {
+    for (const stem_map_file::parts parts :
+         {stem_map_file::parts::provenance, stem_map_file::parts::stems, stem_map_file::parts::all}) {
       CAPTURE(size, int(parts));
       CHECK(says(error_of(bytes.substr(0, size), parts), "cut off"));
       pipe_buffer buffer(bytes.substr(0, size));
@@ -103,7 +105,7 @@ TEST_CASE("counts and lengths beyond the file are errors, and no memory is taken
     std::string long_samples = bytes;
     store_little_endian(huge, &long_samples[layout::length_at(5)]);
     seal_stem_map(long_samples);
-    CHECK(says(error_of(long_samples, map_parts::stems), "cut off"));
+    CHECK(says(error_of(long_samples, stem_map_file::parts::stems), "cut off"));
   }
   CHECK(says(with(layout::begin(bytes, 2), 0), "section 'stem' holds more"));
 }

@@ -88,7 +88,7 @@ void check_round_trip(const stem_map& map) {
   check_same(file.map, map);
   CHECK(file.provenance == some_provenance);
   CHECK(bytes_of(file.map, file.provenance) == bytes);
-  check_same_stems(read_back(bytes, map_parts::stems).map, map);
+  check_same_stems(read_back(bytes, stem_map_file::parts::stems).map, map);
 }
 
 /// A plot seen from afar in projected coordinates, with a vertical of its own.
@@ -200,14 +200,14 @@ TEST_CASE("what is registered by maps read back has the bits of what is register
 TEST_CASE("stems alone are those of the whole file, without samples and ground points") {
   const stem_map map = mapped_plot({0, 0, 0}, 0);
   const std::string bytes = bytes_of(map, some_provenance);
-  const auto [stems, provenance] = read_back(bytes, map_parts::stems);
+  const auto [stems, provenance] = read_back(bytes, stem_map_file::parts::stems);
   check_same_stems(stems, map);
   CHECK(provenance == some_provenance);
   CHECK((stems.ground_samples.empty() && stems.stem_samples.empty() && stems.stem_normals.empty()));
   CHECK((stems.terrain.ground.empty() && stems.terrain.first_ground.empty()));
   stems.terrain.for_each_ground_near(5, 5, 2, [](const vec3f&) { FAIL("there are no ground points"); });
 
-  const auto [nothing, of_it] = read_back(bytes, map_parts::provenance);
+  const auto [nothing, of_it] = read_back(bytes, stem_map_file::parts::provenance);
   CHECK(of_it == some_provenance);
   check_same(nothing, stem_map());
 }

@@ -16,5 +16,6 @@
 #include "globalmatch/stem_map_io.hpp"
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
+#include "globalmatch/survey.hpp"
 #include "globalmatch/transform.hpp"
 #include "globalmatch/triangles.hpp"

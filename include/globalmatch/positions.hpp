@@ -219,9 +219,11 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
   return set;
 }
 
+namespace detail {
 /// Distance [m] of two positions, horizontal where heights do not count.
-inline double stem_distance(const detail::vec3& a, const detail::vec3& b, bool horizontal) {
+inline double stem_distance(const vec3& a, const vec3& b, bool horizontal) {
   return horizontal ? (a - b).xy().norm() : (a - b).norm();
 }
+}  // namespace detail
 
 }  // namespace globalmatch

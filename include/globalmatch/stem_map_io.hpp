@@ -19,28 +19,29 @@
 
 namespace globalmatch {
 
-/// Where a map comes from: texts of the caller's, by which it knows whether the map is still that of its
-/// scan and options. They may be empty; none is interpreted.
-struct map_provenance {
-  std::string input;         ///< name of the scan
-  std::string content_hash;  ///< of the scan
-  std::string options;       ///< with which it was mapped
-  std::string version;       ///< of the library that mapped it
-  std::string processor;     ///< instruction set for which that library was compiled
-
-  friend bool operator==(const map_provenance&, const map_provenance&) = default;
-};
-
-/// What is read of a file: each choice includes the ones before it.
-enum class map_parts {
-  provenance,  ///< the map stays empty
-  stems,       ///< without samples and the ground points of the terrain: enough to match stems, not to refine
-  all,
-};
-
+/// What a file holds.
 struct stem_map_file {
+  /// Where a map comes from: texts of the caller's, by which it knows whether the map is still that of its
+  /// scan and options. They may be empty; none is interpreted.
+  struct scan_record {
+    std::string input;         ///< name of the scan
+    std::string content_hash;  ///< of the scan
+    std::string options;       ///< with which it was mapped
+    std::string version;       ///< of the library that mapped it
+    std::string processor;     ///< instruction set for which that library was compiled
+
+    friend bool operator==(const scan_record&, const scan_record&) = default;
+  };
+
+  /// What is read of a file: each choice includes the ones before it.
+  enum class parts {
+    provenance,  ///< the map stays empty
+    stems,  ///< without samples and the ground points of the terrain: enough to match stems, not to refine
+    all,
+  };
+
   stem_map map;
-  map_provenance provenance;
+  scan_record provenance;
 };
 
 namespace detail {
@@ -50,7 +51,7 @@ inline constexpr std::array<std::string_view, 6> stem_map_sections = {"prov", "s
 /// Like that of PNG: a byte that is no ASCII, and line ends that a transfer as text would change.
 inline constexpr sections_format stem_map_format = {"\x89GMAP\r\n\n", "stem map", 1, 1, stem_map_sections};
 
-template <class Archive, either_const<map_provenance> V>
+template <class Archive, either_const<stem_map_file::scan_record> V>
 void serialize(Archive& archive, V& value) {
   auto& [input, content_hash, options, version, processor] = value;
   archive(input, content_hash, options, version, processor);
@@ -76,7 +77,8 @@ void read_section(section_reader& sections, const ReadValues& read_values) {
 /// The stream must be binary; a file is written whole or not at all by writing a sibling first, and renaming
 /// it. Throws `std::invalid_argument` for a map whose terrain contradicts itself or whose samples are not
 /// finite, before it writes anything, and `std::runtime_error` when the stream fails.
-inline void write_stem_map(std::ostream& out, const stem_map& map, const map_provenance& provenance = {}) {
+inline void write_stem_map(std::ostream& out, const stem_map& map,
+                           const stem_map_file::scan_record& provenance = {}) {
   using namespace detail;
   for (const std::string& problem :
        {describe_raster_error(map.terrain), describe_ground_error(map.terrain), describe_sample_error(map)})
@@ -99,27 +101,28 @@ inline void write_stem_map(std::ostream& out, const stem_map& map, const map_pro
 /// The stream must be binary. Of parts that are not asked for only the length is checked; a stream that can
 /// be positioned passes over them. Memory follows what the stream holds, not what it says that it holds.
 /// Throws `std::runtime_error` for a file of another kind, of a newer version, cut off, or damaged.
-inline stem_map_file read_stem_map(std::istream& in, map_parts parts = map_parts::all) {
+inline stem_map_file read_stem_map(std::istream& in, stem_map_file::parts parts = stem_map_file::parts::all) {
   using namespace detail;
   stem_map_file file;
   stem_map& map = file.map;
   section_reader sections(in, stem_map_format);
-  const auto read = [&](map_parts of, const auto& read_values) {
+  const auto read = [&](stem_map_file::parts of, const auto& read_values) {
     if (parts < of) return sections.skip();
     read_section(sections, read_values);
   };
-  read(map_parts::provenance, [&](input_archive& a) { return a(file.provenance), std::string(); });
-  read(map_parts::stems, [&](input_archive& a) { return serialize_summary(a, map), std::string(); });
-  read(map_parts::stems, [&](input_archive& a) { return a(map.stems), std::string(); });
-  read(map_parts::stems, [&](input_archive& a) {
+  read(stem_map_file::parts::provenance, [&](input_archive& a) { return a(file.provenance), std::string(); });
+  read(stem_map_file::parts::stems,
+       [&](input_archive& a) { return serialize_summary(a, map), std::string(); });
+  read(stem_map_file::parts::stems, [&](input_archive& a) { return a(map.stems), std::string(); });
+  read(stem_map_file::parts::stems, [&](input_archive& a) {
     serialize_raster(a, map.terrain);
     return describe_raster_error(map.terrain);
   });
-  read(map_parts::all, [&](input_archive& a) {
+  read(stem_map_file::parts::all, [&](input_archive& a) {
     serialize_ground(a, map.terrain);
     return describe_ground_error(map.terrain);
   });
-  read(map_parts::all, [&](input_archive& a) {
+  read(stem_map_file::parts::all, [&](input_archive& a) {
     read_samples(a, map);
     return describe_sample_error(map);
   });

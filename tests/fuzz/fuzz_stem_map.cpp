@@ -14,7 +14,7 @@ namespace {
 std::string written_again(const std::string& bytes) {
   try {
     const stem_map_file file = read_back(bytes);
-    fuzz::require(read_back(bytes, map_parts::stems).map.stems.size() == file.map.stems.size(),
+    fuzz::require(read_back(bytes, stem_map_file::parts::stems).map.stems.size() == file.map.stems.size(),
                   "the stems are those of the whole file");
     return bytes_of(file.map, file.provenance);
   } catch (const std::runtime_error&) {

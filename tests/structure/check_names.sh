@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Counts the distinct names declared directly in namespace globalmatch (inline namespaces are looked through;
 # members, enumerators, operators and redeclarations do not count). Fails above 98 (90; the prior, its
-# deviation and the scale; five of stem map files); -v lists them by header.
+# deviation and the scale; five of surveys and of stem map files); -v lists them by header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - "${1:-}" <<'P'

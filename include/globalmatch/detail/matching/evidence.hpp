@@ -8,7 +8,7 @@
 //   planting_evidence   how many gaps match, in a regular plantation     each place is a gap with their share
 //                       residuals of positions, and of radii     residuals under all shifts of the lattice
 //
-// A new kind is a class like these, and a step of `match_prepared` in detail/verbs/match_prepared.hpp.
+// A new kind is a class like these, and a step of `add_evidence.hpp`.
 #pragma once
 
 #include <algorithm>

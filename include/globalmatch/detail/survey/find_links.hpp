@@ -82,7 +82,7 @@ inline std::vector<std::size_t> count_links(std::span<const survey_link> links, 
   return count;
 }
 
-/// Links of all maps: at first by triangles that hardly differ, of which few are alike by chance; maps that
+/// Links of all maps: at first by triangles that hardly differ, of which few are alike at random; maps that
 /// found few links ask again with ever coarser ones.
 inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, double max_log10_nfa,
                                            std::size_t& tried, const execution& exec) {

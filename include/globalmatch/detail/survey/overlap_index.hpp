@@ -128,8 +128,8 @@ class overlap_index {
 
   /// The votes of the triangles that fewest others are like: the rest says little, and costs most.
   std::vector<vote> votes_of(std::size_t source, double tolerance, bool all_others) const {
-    constexpr std::size_t max_like = 1024, votes_of_pair = 256, most_votes = 40'000;
-    const std::size_t max_votes = std::min(most_votes, votes_of_pair * maps_.size());
+    constexpr std::size_t max_like = 1024, votes_of_pair = 256, max_votes_of_map = 40'000;
+    const std::size_t max_votes = std::min(max_votes_of_map, votes_of_pair * maps_.size());
     const vec2 middle = middle_of(source);
     std::vector<vote> votes, chosen;
     std::vector<keyed> triangles;  // by how many are like them; where their votes begin

@@ -22,7 +22,7 @@
 #include "globalmatch/detail/survey/split_check.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
-#include "globalmatch/survey.hpp"
+#include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
 
@@ -57,13 +57,13 @@ inline transform_uncertainty uncertainty_of(const local_survey& s, std::size_t m
   const plan_pose& pose = s.adjusted.poses[map];
   const vec2 center = pose * centroid.xy(), lever = quarter_turned(center - pose.shift);
   const mat3 at_center = mat3::rows_of({1, 0, lever.x}, {0, 1, lever.y}, {0, 0, 1});
-  const mat3 plan = at_center * s.adjusted.covariance[map] * at_center.transpose();
+  const mat3 there = at_center * s.adjusted.covariance[map] * at_center.transpose();
   local_uncertainty local;
   local.center = {center.x, center.y, centroid.z + s.heights.of_map[map]};
   local.covariance.size = 4;
   const std::size_t of[3] = {0, 1, 3};
   for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) local.covariance(of[r], of[c]) = plan(r, c);
+    for (int r = 0; r < 3; ++r) local.covariance(of[r], of[c]) = there(r, c);
   local.covariance(2, 2) =
       s.is_height_known(map) ? s.heights.sigma[map] * s.heights.sigma[map] : unknown_height_variance;
   return in_caller_frame(local, s.reference_of(map).stems.frame);

@@ -19,7 +19,7 @@
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching_options.hpp"
 #include "globalmatch/positions.hpp"
-#include "globalmatch/survey.hpp"
+#include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
 

@@ -1,0 +1,97 @@
+// What a survey takes and returns.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "globalmatch/matching.hpp"
+#include "globalmatch/matching_options.hpp"
+
+namespace globalmatch {
+
+struct survey_options {
+  /// `max_nfa` is that of the whole survey: all pairs of maps are compared. `comparisons` is not used.
+  decision_options decision = {};
+  /// The scan whose frame is that of the survey. Empty: the one of most links in the largest component.
+  std::optional<std::size_t> reference = {};
+};
+
+/// Where the scans of a survey stand.
+struct survey {
+  enum class status {
+    placed,        ///< linked to others
+    ambiguous,     ///< its links place it at several places; not in the adjustment
+    placed_alone,  ///< linked to none, and no guess: a component of its own
+    unplaced,      ///< too few stems, or links that are not significant
+    no_stems
+  };
+
+  struct scan {
+    survey::status status = status::no_stems;
+    std::string reason = {};  ///< why it was not placed, and what would help; empty where it was
+    int component = -1;       ///< 0 is the one of most scans; -1: none
+    /// Pose; the best guess where the scan is ambiguous or unplaced, identity where it stands alone.
+    Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();
+    /// Marginal of the adjustment, of shift and turn about the stems' centroid, in the frame of the survey,
+    /// against the reference of the component. Empty where the scan was not placed.
+    std::optional<transform_uncertainty> uncertainty = {};
+    bool is_height_known = false;  ///< otherwise that of the pose is a guess
+    std::size_t links = 0;         ///< that are used
+    /// [m] between trees and stems that had no say in where the scan was placed: each half of its stems is
+    /// placed by the other half. Not a number where fewer than eight are shared.
+    double check_median = std::numeric_limits<double>::quiet_NaN();
+    double check_worst = std::numeric_limits<double>::quiet_NaN();
+    /// Where else its links place an ambiguous scan.
+    std::vector<Eigen::Isometry3d> alternatives = {};
+  };
+
+  /// Two scans whose stems agree.
+  struct link {
+    std::size_t source = 0, target = 0;
+    Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< of this pair of maps alone
+    double log10_nfa = 0;               ///< transforms expected to do as well, of one pair of unrelated maps
+    std::size_t correspondences = 0;    ///< stems paired
+    double inlier_threshold = 0;        ///< [m] at which they were
+    double rms = 0;                     ///< [m] distance in plan of paired stems
+    std::size_t supporting_cycles = 0;  ///< of three links, that close
+    double residual = 0;                ///< [m] in plan, at the paired stems, from the adjusted poses
+    bool used = false;                  ///< in the adjustment
+  };
+
+  /// A stem of a scan.
+  struct observation {
+    std::size_t scan, stem;
+  };
+
+  /// A tree, from all scans that saw it.
+  struct tree {
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] frame of the survey
+    double radius = 0;                                   ///< [m] median of those known; 0: none is
+    double sigma = 0;                                    ///< [m] in plan, along each axis
+    double height_sigma = 0;                             ///< [m] infinite where no height is known
+    int component = -1;                                  ///< of the scans that saw it
+    std::vector<survey::observation> seen = {};          ///< one a scan
+  };
+
+  std::vector<survey::scan> scans;  ///< in the order of the maps
+  std::vector<survey::link> links;  ///< ordered by source, then by target
+  std::vector<survey::tree> trees;  ///< of the placed scans
+  std::size_t components = 0;
+  std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems
+  bool cancelled = false;      ///< the progress callback said so; nothing else is filled
+};
+
+/// The status, as in poses.csv.
+constexpr std::string_view to_string(survey::status s) {
+  constexpr std::string_view names[] = {"placed", "ambiguous", "placed_alone", "unplaced", "no_stems"};
+  return names[static_cast<int>(s)];
+}
+
+}  // namespace globalmatch
