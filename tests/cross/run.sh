@@ -34,6 +34,7 @@ done
 sources=(tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
 mapfile -t sources < <(printf '%s\n' "${sources[@]}" | grep -v /test_e57)
 compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -I include -I tests -I examples -isystem "$folder/include"
+  -DGLOBALMATCH_VERSION="\"$(sed -n 's/^ *VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt | head -1)\""
   -DGLOBALMATCH_SHARED_DATA="\"$PWD/../shared/data\"" -DGLOBALMATCH_TEST_DATA="\"$PWD/tests/support/data\"")
 # shellcheck disable=SC2016
 printf '%s\0' "${sources[@]}" | xargs -0 -n 1 -P "$CMAKE_BUILD_PARALLEL_LEVEL" \

@@ -1,0 +1,138 @@
+#include "support/survey_inputs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <fstream>
+#include <iomanip>
+#include <map>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "support/file_error.hpp"
+#include "support/scan_files.hpp"
+
+namespace globalmatch::support {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// splitmix64 (Steele, Lea and Flood 2014, OOPSLA), of which each bit depends on all.
+std::uint64_t mixed(std::uint64_t v) {
+  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
+  v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
+  return v ^ (v >> 31);
+}
+
+std::string hexadecimal(std::uint64_t hash) {
+  std::ostringstream text;
+  text << std::hex << std::setw(16) << std::setfill('0') << hash;
+  return text.str();
+}
+
+/// The folder that all paths lie in.
+fs::path common_folder(const std::vector<fs::path>& paths) {
+  fs::path common;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    const fs::path folder = fs::weakly_canonical(paths[i]).parent_path();
+    if (i == 0) {
+      common = folder;
+      continue;
+    }
+    fs::path both;
+    for (auto a = common.begin(), b = folder.begin(); a != common.end() && b != folder.end() && *a == *b;
+         ++a, ++b)
+      both /= *a;
+    common = both;
+  }
+  return common;
+}
+
+/// Below a folder, without extension.
+std::string name_below(const fs::path& path, const fs::path& folder) {
+  std::string name;
+  for (const fs::path& part : fs::weakly_canonical(path).lexically_relative(folder).replace_extension())
+    name += (name.empty() ? "" : "__") + part.string();
+  return name;
+}
+
+std::string with_number(std::string name, const std::optional<std::size_t>& number) {
+  return number ? name + "#" + std::to_string(*number) : name;
+}
+
+void set_names(std::vector<survey_input>& inputs) {
+  std::map<std::string, std::set<fs::path>> files_of;  // of each short name
+  std::vector<fs::path> files;
+  for (const survey_input& input : inputs) {
+    files.push_back(parse_scan_name(input.path).path);
+    files_of[files.back().stem().string()].insert(fs::weakly_canonical(files.back()));
+  }
+  const fs::path common = common_folder(files);
+  std::map<std::string, fs::path> taken;
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    const auto number = parse_scan_name(inputs[i].path).number;
+    const std::string short_name = files[i].stem().string();
+    inputs[i].name =
+        with_number(files_of[short_name].size() == 1 ? short_name : name_below(files[i], common), number);
+    const auto [other, is_new] = taken.emplace(inputs[i].name, inputs[i].path);
+    if (!is_new &&
+        fs::weakly_canonical(files[i]) != fs::weakly_canonical(parse_scan_name(other->second).path))
+      throw file_error(inputs[i].path, "has the same name as " + other->second.string(),
+                       "Rename one: results are named by them.");
+  }
+}
+
+}  // namespace
+
+std::uint64_t content_hash(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw file_error(file, "cannot be opened", "Does it exist, and may it be read?");
+  constexpr std::uint64_t step = 0x9e3779b97f4a7c15u;
+  std::vector<char> block(std::size_t(1) << 20);
+  std::uint64_t hash = step, size = 0;
+  while (in.read(block.data(), std::streamsize(block.size())), in.gcount() > 0) {
+    const auto count = std::size_t(in.gcount());
+    size += count;
+    std::fill(block.begin() + std::ptrdiff_t(count), block.begin() + std::ptrdiff_t((count + 7) / 8 * 8),
+              '\0');
+    for (std::size_t i = 0; i < count; i += 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, block.data() + i, 8);
+      hash = mixed(hash + step + word);
+    }
+  }
+  if (in.bad()) throw file_error(file, "cannot be read", "Is the disk or the network at fault?");
+  return mixed(hash + size);
+}
+
+std::vector<survey_input> survey_inputs(const std::vector<fs::path>& paths) {
+  std::vector<survey_input> inputs;
+  std::map<fs::path, std::string> hashes;  // of files
+  std::set<std::pair<fs::path, std::size_t>> named;
+  for (const fs::path& path : paths) {
+    survey_input input{path, {}, {}};
+    const numbered_scan scan = parse_scan_name(path);
+    if (!named.emplace(fs::weakly_canonical(scan.path), scan.number.value_or(0)).second) continue;
+    try {
+      auto known = hashes.find(scan.path);
+      if (known == hashes.end())
+        known = hashes.emplace(scan.path, hexadecimal(content_hash(scan.path))).first;
+      input.hash = with_number(known->second, scan.number);
+    } catch (const file_error& e) {
+      input.error = e.what();
+    }
+    inputs.push_back(std::move(input));
+  }
+  set_names(inputs);
+  std::stable_sort(inputs.begin(), inputs.end(), [](const survey_input& a, const survey_input& b) {
+    return a.hash != b.hash ? a.hash < b.hash : a.name < b.name;
+  });
+  for (std::size_t i = 1; i < inputs.size(); ++i)
+    if (!inputs[i].hash.empty() && inputs[i].hash == inputs[i - 1].hash)
+      inputs[i].same_as = inputs[i - 1].same_as.value_or(inputs[i - 1].name);
+  return inputs;
+}
+
+}  // namespace globalmatch::support

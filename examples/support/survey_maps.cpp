@@ -1,0 +1,135 @@
+#include "support/survey_maps.hpp"
+
+#include <globalmatch/stem_mapping.hpp>
+
+#include <exception>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "support/atomic_file.hpp"
+#include "support/file_error.hpp"
+#include "support/scan_files.hpp"
+#include "support/stem_files.hpp"
+
+namespace globalmatch::support {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// All that the stems of a scan depend on, besides its points.
+std::string describe_mapping(const shared_options& options) {
+  return nlohmann::ordered_json{{"up", options.up},
+                                {"vertical", options.vertical},
+                                {"seed", options.seed},
+                                {"min_quality", options.min_quality},
+                                {"no_verticality", options.no_verticality},
+                                {"normalized", options.normalized},
+                                {"keep_noise", options.keep_noise},
+                                {"tiles", options.tiles}}
+      .dump();
+}
+
+/// What the compiler was allowed to use: results of other instruction sets differ in their last bits.
+std::string instruction_set() {
+  std::string name = sizeof(void*) == 8 ? "64 bits" : "32 bits";
+#if defined(__AVX512F__)
+  name += ", AVX-512";
+#elif defined(__AVX2__)
+  name += ", AVX2";
+#elif defined(__AVX__)
+  name += ", AVX";
+#endif
+#if defined(__FMA__)
+  name += ", FMA";
+#endif
+#if defined(__aarch64__)
+  name += ", aarch64";
+#endif
+  return name;
+}
+
+}  // namespace
+
+survey_map read_positions(const survey_input& input) {
+  survey_map result;
+  result.error = input.error;
+  if (!result.error.empty() || input.same_as) return result;
+  try {
+    for (const stem_record& s : read_stems(input.path).stems) {
+      stem known;
+      known.position = {s.x, s.y, s.z};
+      known.radius = s.radius > 0 ? s.radius : 0;
+      result.map.stems.push_back(known);
+    }
+  } catch (const file_error& e) {
+    result.error = e.what();
+  }
+  return result;
+}
+
+survey_mapper::survey_mapper(const fs::path& folder, const shared_options& options)
+    : folder_(folder), options_(options) {
+  make_folder(folder);
+}
+
+stem_map_file::scan_record survey_mapper::record_of(const survey_input& input) const {
+  return {input.name, input.hash, describe_mapping(options_), GLOBALMATCH_VERSION, instruction_set()};
+}
+
+std::optional<stem_map> survey_mapper::kept(const survey_input& input) const {
+  std::ifstream in(file_of(input.name), std::ios::binary);
+  if (!in) return std::nullopt;
+  try {
+    stem_map_file file = read_stem_map(in, stem_map_file::parts::stems);
+    stem_map_file::scan_record record = record_of(input);
+    if (file.provenance == record) return std::move(file.map);
+  } catch (const std::runtime_error&) {  // damaged, or of another version: it is made again
+  }
+  return std::nullopt;
+}
+
+survey_map survey_mapper::map(const survey_input& input, const execution& exec) const {
+  survey_map result;
+  result.error = input.error;
+  if (!result.error.empty() || input.same_as) return result;
+  if (auto map = kept(input)) {
+    result.map = std::move(*map);
+    result.was_kept = true;
+    return result;
+  }
+  try {
+    const scan_file scan = open_scan(input.path, options_.for_reading());
+    result.map = map_stems(scan, options_.for_mapping(), options_.up_direction(), exec);
+  } catch (const file_error& e) {
+    result.error = e.what();
+    return result;
+  } catch (const std::invalid_argument& e) {
+    result.error = input.path.string() + ": " + e.what();
+    return result;
+  }
+  if (result.map.cancelled) throw operation_cancelled();
+  atomic_file file(file_of(input.name));
+  write_stem_map(file.stream(), result.map, record_of(input));
+  file.commit();
+  result.map.stem_samples = {};  // which are read again where they are needed
+  result.map.stem_normals = {};
+  result.map.ground_samples = {};
+  result.map.terrain.ground = {};
+  result.map.terrain.first_ground = {};
+  return result;
+}
+
+stem_map survey_mapper::with_samples(const std::string& name) const {
+  std::ifstream in(file_of(name), std::ios::binary);
+  try {
+    if (in) return read_stem_map(in).map;
+  } catch (const std::runtime_error& e) {
+    throw file_error(file_of(name), e.what(), "Remove it: the scan is then mapped again.");
+  }
+  throw file_error(file_of(name), "cannot be opened", "Run again: the scan is then mapped again.");
+}
+
+}  // namespace globalmatch::support
