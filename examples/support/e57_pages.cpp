@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <utility>
 
 #include "support/crc32c.hpp"
 #include "support/scalars.hpp"
@@ -21,7 +22,7 @@ T field(std::span<const char> bytes, std::size_t at) {
 
 }  // namespace
 
-e57_pages::e57_pages(const std::filesystem::path& path) : file_(path), pages_(file_.size() / page_size) {
+e57_pages::e57_pages(file_bytes file) : file_(std::move(file)), pages_(file_.size() / page_size) {
   read_header();
 }
 

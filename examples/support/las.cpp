@@ -83,7 +83,7 @@ class las_points final : public point_source {
 }  // namespace
 
 opened_scan open_las(input_file& file, const scan_options& options) {
-  file_bytes bytes(file.path());
+  file_bytes bytes = file.bytes();
   const las_header header = read_las_header(bytes);
   const las_records records = read_las_records(bytes, header);
   opened_scan scan;

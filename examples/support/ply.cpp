@@ -232,7 +232,7 @@ std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& he
     }
     layout.size += size_of(property.type);
   }
-  return std::make_unique<point_records>(file_bytes(file.path()), layout);
+  return std::make_unique<point_records>(file.bytes(), layout);
 }
 
 std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header) {

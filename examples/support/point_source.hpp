@@ -75,6 +75,7 @@ struct scan_header {
 struct opened_scan {
   std::unique_ptr<point_source> points;
   scan_header header = {};
+  std::size_t scans = 1;  ///< that the file holds
 };
 
 }  // namespace globalmatch::support
