@@ -12,6 +12,7 @@
 #include "support/file_error.hpp"
 #include "support/numbered_scans.hpp"
 #include "support/text_fields.hpp"
+#include "support/wildcards.hpp"
 
 namespace globalmatch::support {
 
@@ -91,7 +92,7 @@ class joined_points final : public point_source {
 std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names,
                                               bool keep_folders) {
   std::vector<std::filesystem::path> scans;
-  for (const auto& name : names) {
+  for (const auto& name : expand_patterns(names)) {
     std::error_code ignored;
     const bool is_folder = std::filesystem::is_directory(name, ignored);
     if (is_folder && keep_folders) {
