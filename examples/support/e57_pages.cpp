@@ -61,7 +61,7 @@ std::uint64_t e57_pages::offset_of(std::uint64_t byte_of_file) const {
 }
 
 void e57_pages::read(std::uint64_t offset, std::span<char> bytes) const {
-  constexpr std::uint64_t pages_at_once = 32;
+  constexpr std::uint64_t pages_at_once = 8;  // few, as they are on the stack
   std::array<char, pages_at_once * page_size> buffer;
   while (!bytes.empty()) {
     const std::uint64_t first = offset / content_size;
