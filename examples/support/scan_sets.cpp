@@ -9,6 +9,7 @@
 #include <system_error>
 #include <utility>
 
+#include "support/class_counts.hpp"
 #include "support/file_error.hpp"
 #include "support/numbered_scans.hpp"
 #include "support/text_fields.hpp"
@@ -80,6 +81,13 @@ class joined_points final : public point_source {
       all.withheld += part->marked().withheld;
     }
     return all;
+  }
+
+  std::optional<class_counts> count_classes(const execution& exec) const override {
+    std::optional<class_counts> sum;
+    for (const auto& part : parts_)
+      if (const auto counts = part->count_classes(exec)) sum = sum.value_or(class_counts{}) += *counts;
+    return sum;
   }
 
  private:
