@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "support/file_error.hpp"
-#include "support/temporary_copy.hpp"
+#include "support/temporary_file.hpp"
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <fcntl.h>
@@ -95,11 +95,12 @@ file_bytes::file_bytes(std::filesystem::path path) : path_(std::move(path)) {
 // right for any size, and a small file stays in the memory of the system anyway.
 const file_bytes& file_bytes::of_standard_input() {
   constexpr std::string_view name = "standard input";
-  static temporary_copy copy(stdin, name);
+  static temporary_file copy(name);
   static const file_bytes all = [&] {
     file_bytes file(copy.path());
+    copy.remove();  // before it is filled, so that nothing is left where the program is interrupted
     file.path_ = name;
-    copy.remove();
+    file.size_ = copy.copy_from(stdin);
     return file;
   }();
   return all;
