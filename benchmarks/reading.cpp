@@ -1,10 +1,13 @@
 // How fast are scan files read, and what does a map cost from a file against from memory? CPU and wall time,
-// in turn, best of several.
+// in turn, best of several. Beside each file its bytes alone, and with GLOBALMATCH_BENCHMARK_PCL what PCL
+// takes to read it.
 #include <globalmatch/detail/core/threads.hpp>
 #include <globalmatch/stem_mapping.hpp>
 
+#include "pcl_readers.hpp"
 #include "peak_memory.hpp"
 #include "support/command_line.hpp"
+#include "support/file_bytes.hpp"
 #include "support/scan_files.hpp"
 
 #include <Eigen/Core>
@@ -18,6 +21,8 @@
 #include <iomanip>
 #include <iostream>
 #include <limits>
+#include <memory>
+#include <string>
 #include <vector>
 
 using namespace globalmatch;
@@ -54,10 +59,21 @@ std::size_t read_all(const std::filesystem::path& file, const support::scan_opti
   return finite;
 }
 
+// The bytes of a file without any use of them: what reading costs that cannot be less.
+void read_bytes(const std::filesystem::path& path, int threads) {
+  constexpr std::size_t block_size = std::size_t(1) << 20;
+  const support::file_bytes file(path);
+  detail::parallel_chunks(
+      {.threads = threads}, "read", file.size(), block_size, [&](std::size_t begin, std::size_t end) {
+        static thread_local const auto block = std::make_unique_for_overwrite<char[]>(block_size);
+        file.read(begin, {block.get(), end - begin});
+      });
+}
+
 struct result {
   std::size_t points = 0;
-  times read, map_file, map_memory;
-  double megabytes = 0;  // more than before, at most, while the file is mapped
+  times bytes, read, map_file, map_memory;
+  double megabytes = 0;  // of anonymous memory, more than before, at most, while the file is mapped
 };
 
 result measure(const std::filesystem::path& file, int threads, int repetitions) {
@@ -66,10 +82,11 @@ result measure(const std::filesystem::path& file, int threads, int repetitions) 
   const auto map_file = [&] { map_stems(support::open_scan(file, options), {}, {0, 0, 1}, exec); };
   result r;
   benchmarks::reset_peak_memory();
-  const double before = benchmarks::peak_memory();
+  benchmarks::anonymous_memory memory;
   map_file();
-  r.megabytes = benchmarks::peak_memory() - before;
+  r.megabytes = memory.peak();
   for (int k = 0; k < repetitions; ++k) {
+    measure(r.bytes, [&] { read_bytes(file, threads); });
     measure(r.read, [&] { r.points = read_all(file, options); });
     measure(r.map_file, map_file);
     const support::scan_file scan = support::open_scan(file, options);
@@ -77,6 +94,39 @@ result measure(const std::filesystem::path& file, int threads, int repetitions) 
     measure(r.map_memory, [&] { map_stems(points, {}, {0, 0, 1}, exec); });
   }
   return r;
+}
+
+std::ostream& row(const std::filesystem::path& file, const std::string& by, int threads) {
+  return std::cout << "| `" << file.filename().string() << "`" << by << " | " << threads << " | ";
+}
+
+void print(const std::filesystem::path& file, int threads, const result& r) {
+  const double million = double(r.points) / 1e6, bytes = double(std::filesystem::file_size(file)) / 1e6;
+  row(file, ", bytes alone", threads)
+      << "| , " << bytes / r.bytes.cpu << ", , " << bytes / r.bytes.wall << " | | | | |\n";
+  row(file, "", threads) << million << " | " << million / r.read.cpu << ", " << bytes / r.read.cpu << ", "
+                         << million / r.read.wall << ", " << bytes / r.read.wall << " | " << r.map_file.cpu
+                         << ", " << r.map_file.wall << " | " << r.map_memory.cpu << ", " << r.map_memory.wall
+                         << " | " << r.map_file.cpu / r.map_memory.cpu << " | " << r.megabytes << " |\n"
+                         << std::flush;
+}
+
+// What PCL takes, which reads on one thread and keeps all points.
+void print_pcl(const std::filesystem::path& file, int repetitions) {
+  if (!benchmarks::pcl_reads(file)) return;
+  const double bytes = double(std::filesystem::file_size(file)) / 1e6;
+  times best;
+  double million = 0, megabytes = 0;
+  for (int k = 0; k < repetitions; ++k) {
+    benchmarks::reset_peak_memory();
+    benchmarks::anonymous_memory memory;
+    measure(best, [&] { million = double(benchmarks::read_by_pcl(file)) / 1e6; });
+    megabytes = memory.peak();
+  }
+  row(file, ", by PCL", 1) << million << " | " << million / best.cpu << ", " << bytes / best.cpu << ", "
+                           << million / best.wall << ", " << bytes / best.wall << " | | | | " << megabytes
+                           << " |\n"
+                           << std::flush;
 }
 
 }  // namespace
@@ -93,18 +143,12 @@ int main(int argc, char** argv) {
     std::cout
         << std::setprecision(3)
         << "| file | threads | million points | read: million points, MB a CPU second, a second | map: CPU "
-           "s, s | from memory: CPU s, s | CPU ratio | peak [MB] |\n|---|---|---|---|---|---|---|---|\n";
-    for (const auto& file : files)
-      for (const int threads : thread_counts) {
-        const result r = measure(file, threads, repetitions);
-        const double million = double(r.points) / 1e6, bytes = double(std::filesystem::file_size(file)) / 1e6;
-        std::cout << "| `" << file.filename().string() << "` | " << threads << " | " << million << " | "
-                  << million / r.read.cpu << ", " << bytes / r.read.cpu << ", " << million / r.read.wall
-                  << ", " << bytes / r.read.wall << " | " << r.map_file.cpu << ", " << r.map_file.wall
-                  << " | " << r.map_memory.cpu << ", " << r.map_memory.wall << " | "
-                  << r.map_file.cpu / r.map_memory.cpu << " | " << r.megabytes << " |\n"
-                  << std::flush;
-      }
+           "s, s | from memory: CPU s, s | CPU ratio | peak of anonymous memory [MB] "
+           "|\n|---|---|---|---|---|---|---|---|\n";
+    for (const auto& file : files) {
+      for (const int threads : thread_counts) print(file, threads, measure(file, threads, repetitions));
+      print_pcl(file, repetitions);
+    }
     return support::done;
   });
 }

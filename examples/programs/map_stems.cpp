@@ -43,9 +43,9 @@ int main(int argc, char** argv) {
   CLI::App app("Finds the tree stems in a scan: positions on the ground, radii, axes.", "map_stems");
   std::filesystem::path scan_path, out;
   support::shared_options options;
-  app.add_option(
-         "SCAN", scan_path,
-         "file of points: PLY, PCD, LAS, LAZ, E57, PTX, PTS or text; name#K: scan K of a file of several")
+  app.add_option("SCAN", scan_path,
+                 "file of points: PLY, PCD, LAS, LAZ, E57, PTX, PTS or text; name#K: scan K of a file of "
+                 "several; -: standard input")
       ->required();
   app.add_option("--out", out, "stem map to write (CSV)")->required()->type_name("FILE");
   options.add_mapping_to(app);

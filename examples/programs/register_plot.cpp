@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
   app.add_option("TARGET", target_file,
                  "scan whose frame is that of the results; name#K: scan K of a file of several")
       ->required();
-  app.add_option("SOURCE", scan_files, "scans to register with it, or folders of them")->required();
+  app.add_option("SOURCE", scan_files, "scans to register with it, folders of them, or patterns (*.las)")
+      ->required();
   app.add_option("--out-dir", out_dir, "folder for T_<source name>.txt, one for each source")
       ->required()
       ->type_name("DIR");

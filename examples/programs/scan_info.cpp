@@ -6,28 +6,17 @@
 #include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_reports.hpp"
 #include "support/scan_sets.hpp"
 #include "support/scan_summary.hpp"
 
-#include <cmath>
 #include <iostream>
 #include <optional>
-#include <sstream>
 
 using namespace globalmatch;
 using nlohmann::ordered_json;
 
 namespace {
-
-ordered_json to_json(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
-std::string in_metres(double length) {
-  std::ostringstream text;
-  text << std::round(10 * length) / 10;
-  return text.str();
-}
 
 const char* describe_ground(const stem_map& map) {
   switch (map.terrain.status) {
@@ -40,51 +29,16 @@ const char* describe_ground(const stem_map& map) {
   }
 }
 
-std::string one_line(const support::scan_header& header, const support::scan_summary& summary) {
-  std::ostringstream text;
-  text << header.format << ", " << summary.points << " points";
-  if (summary.points > 0) {
-    const Eigen::Vector3d size = summary.extent.sizes();
-    text << ", " << in_metres(size.x()) << " x " << in_metres(size.y()) << " x " << in_metres(size.z())
-         << " m";
-  }
-  for (std::size_t r = 0; summary.density && r < summary.density->size(); ++r)
-    text << (r == 0 ? ", " : "/") << std::llround((*summary.density)[r]);
-  text << (summary.density ? " points/m2 at 5/10/20 m"
-                           : ", no density: the scanner is elsewhere (--scanner)");
-  for (std::size_t a = 0; a < header.attributes.size(); ++a)
-    text << (a == 0 ? " (" : ", ") << header.attributes[a];
-  if (!header.attributes.empty()) text << ')';
-  if (header.pose) text << ", pose in the header";
-  return text.str();
-}
-
-ordered_json to_json(const support::scan_header& header, const support::scan_summary& summary) {
-  ordered_json report = {{"format", header.format}, {"points", summary.points}};
-  if (summary.points > 0)
-    report["extent"] = {{"min", to_json(summary.extent.min())}, {"max", to_json(summary.extent.max())}};
-  else
-    report["extent"] = nullptr;
-  report["density"] = {{"distance", support::scan_summary::distances}, {"points_per_m2", nullptr}};
-  if (summary.density) report["density"]["points_per_m2"] = *summary.density;
-  report["attributes"] = header.attributes;
-  if (header.pose)
-    for (int i = 0; i < 16; ++i) report["survey_from_file"].push_back(header.pose->matrix()(i / 4, i % 4));
-  else
-    report["survey_from_file"] = nullptr;
-  return report;
-}
-
 // What one scan holds goes to standard output and into `report`, what looks wrong to standard error as well.
 void look_at(const std::filesystem::path& file, const support::shared_options& options,
              ordered_json& report) {
   const support::scan_file scan = support::open_scan(file, options.for_reading());
   const std::optional<Eigen::Vector3d> scanner =
       options.scanner.empty() ? std::nullopt : std::optional(Eigen::Vector3d(options.scanner.data()));
-  const support::scan_summary summary = support::summarise(scan, scanner);
-  report.update(to_json(scan.header(), summary));
-  std::cout << file.string() << ": " << one_line(scan.header(), summary) << std::flush;
   const execution exec{.threads = options.threads};
+  const support::scan_summary summary = support::summarise(scan, scanner, exec);
+  report.update(support::describe(scan.header(), summary));
+  std::cout << file.string() << ": " << support::one_line(scan.header(), summary) << std::flush;
   std::optional<stem_map> map;
   try {
     map = map_stems(scan, options.for_mapping(), options.up_direction(), exec);
@@ -107,7 +61,9 @@ int main(int argc, char** argv) {
   CLI::App app("Says what scan files hold, and whether units, vertical and ground look right.", "scan_info");
   std::vector<std::filesystem::path> names;
   support::shared_options options;
-  app.add_option("SCAN", names, "files of points, or folders of them; name#K: scan K of a file of several")
+  app.add_option("SCAN", names,
+                 "files of points, folders of them, patterns (*.las) or - for standard input; name#K: scan K "
+                 "of a file of several")
       ->required();
   options.add_mapping_to(app);
   options.add_execution_to(app);

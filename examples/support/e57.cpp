@@ -13,19 +13,20 @@ bool looks_like_e57(std::string_view start) {
   return start.starts_with("ASTM-E57");
 }
 
-std::size_t count_e57_scans(const std::filesystem::path& path) {
-  const e57_pages pages(path);
+std::size_t count_e57_scans(input_file& file) {
+  const e57_pages pages(file.bytes());
   return e57_description(pages).scans();
 }
 
-opened_scan open_e57(const std::filesystem::path& path, std::size_t number, const scan_options&) {
-  const auto pages = std::make_shared<const e57_pages>(path);
+opened_scan open_e57(input_file& file, std::size_t number, const scan_options&) {
+  const auto pages = std::make_shared<const e57_pages>(file.bytes());
   const e57_description description(*pages);
   const e57_scan scan = description.scan(number);
   opened_scan opened;
+  opened.scans = description.scans();
   opened.header.format = "E57 " + pages->version();
-  if (description.scans() > 1)
-    opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(description.scans());
+  if (opened.scans > 1)
+    opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(opened.scans);
   opened.header.pose = scan.pose;
   opened.header.attributes = scan.attributes;
   opened.points = std::make_unique<e57_points>(pages, scan);

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string_view>
 
+#include "support/input_file.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {
@@ -13,10 +13,10 @@ namespace globalmatch::support {
 bool looks_like_e57(std::string_view start);
 
 /// How many scans the file holds; pictures are none, and a scan may have no points. Throws `file_error`.
-std::size_t count_e57_scans(const std::filesystem::path& path);
+std::size_t count_e57_scans(input_file& file);
 
 /// Scan `number`, counted from 1, in the frame of its stored coordinates, which is the scanner's own where
 /// the file has a pose. Points without valid coordinates are not-a-number. Throws `file_error`.
-opened_scan open_e57(const std::filesystem::path& path, std::size_t number, const scan_options& options);
+opened_scan open_e57(input_file& file, std::size_t number, const scan_options& options);
 
 }  // namespace globalmatch::support

@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <memory>
+#include <utility>
 
 #include "globalmatch/detail/core/crc32c.hpp"
 #include "support/scalars.hpp"
@@ -21,7 +23,7 @@ T field(std::span<const char> bytes, std::size_t at) {
 
 }  // namespace
 
-e57_pages::e57_pages(const std::filesystem::path& path) : file_(path), pages_(file_.size() / page_size) {
+e57_pages::e57_pages(file_bytes file) : file_(std::move(file)), pages_(file_.size() / page_size) {
   read_header();
 }
 
@@ -61,17 +63,19 @@ std::uint64_t e57_pages::offset_of(std::uint64_t byte_of_file) const {
 
 void e57_pages::read(std::uint64_t offset, std::span<char> bytes) const {
   constexpr std::uint64_t pages_at_once = 32;
-  std::array<char, pages_at_once * page_size> buffer;
+  const std::uint64_t most = std::min<std::uint64_t>(bytes.size() / content_size + 2, pages_at_once);
+  const auto buffer = std::make_unique_for_overwrite<char[]>(static_cast<std::size_t>(most * page_size));
   while (!bytes.empty()) {
     const std::uint64_t first = offset / content_size;
     std::uint64_t skipped = offset % content_size;
     const std::uint64_t needed = (skipped + bytes.size() + content_size - 1) / content_size;
     const std::uint64_t count = std::min(needed, pages_at_once);
     if (first >= pages_ || count > pages_ - first) fail_truncated();
-    file_.read(first * page_size, {buffer.data(), static_cast<std::size_t>(count * page_size)});
+    file_.read(first * page_size, {buffer.get(), static_cast<std::size_t>(count * page_size)});
     for (std::uint64_t i = 0; i < count; ++i) {
-      const std::span<const char> page(buffer.data() + i * page_size, page_size);
-      if (detail::crc32c(page.first(content_size)) != load<std::uint32_t>(&page[content_size], std::endian::big))
+      const std::span<const char> page(buffer.get() + i * page_size, page_size);
+      if (detail::crc32c(page.first(content_size)) !=
+          load<std::uint32_t>(&page[content_size], std::endian::big))
         fail("is damaged in its page " + std::to_string(first + i) + " (bytes " +
                  std::to_string((first + i) * page_size) + " and on), which does not fit its checksum",
              "Copy the file again from where it was made, or export the scan again");

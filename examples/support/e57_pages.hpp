@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
@@ -16,7 +15,7 @@ namespace globalmatch::support {
 class e57_pages {
  public:
   /// Throws `file_error` when this is no E57 file of version 1, or is shorter than its header says.
-  explicit e57_pages(const std::filesystem::path& path);
+  explicit e57_pages(file_bytes file);
 
   const std::string& version() const { return version_; }
   /// The XML that describes the scans.

@@ -14,7 +14,8 @@ namespace globalmatch::support {
 
 namespace {
 
-constexpr std::size_t points_at_once = point_source::block_size;  // on the stack
+constexpr std::size_t points_at_once = point_source::block_size;
+constexpr std::size_t bytes_behind = 9;  // the last value may end within a word, and a byte
 
 template <class T>
 T field(const char* bytes, std::size_t at) {
@@ -140,34 +141,45 @@ void e57_points::add_packet(std::uint64_t packet, std::uint64_t size) {
   }
 }
 
+// What decoding needs for some points: the bytes of one field, and the values of all.
+struct e57_points::buffers {
+  buffers(std::size_t points, std::size_t fields)
+      : bytes(std::make_unique_for_overwrite<char[]>(8 * points + bytes_behind + 1)),
+        values(std::make_unique_for_overwrite<double[]>(fields * points)) {}
+
+  std::unique_ptr<char[]> bytes;
+  std::unique_ptr<double[]> values;
+};
+
 void e57_points::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
+  buffers room(std::min(points.size(), points_at_once), fields_.size());
   while (!points.empty()) {
     const auto some = points.first(std::min(points.size(), points_at_once));
-    decode(first, some);
+    decode(first, some, room);
     first += some.size();
     points = points.subspan(some.size());
   }
 }
 
-void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points) const {
-  constexpr std::size_t behind = 9;  // the last value may end within a word, and a byte
-  std::array<char, 8 * points_at_once + behind + 1> bytes;
-  std::array<std::array<double, points_at_once>, 4> values;
+void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points, buffers& room) const {
+  char* const bytes = room.bytes.get();
+  const auto values = [&](std::size_t field) { return room.values.get() + field * points.size(); };
   for (std::size_t i = 0; i < fields_.size(); ++i) {
     const e57_field& f = fields_[i];
     const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
     const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + points.size());
     const auto size = static_cast<std::size_t>(end - begin);
-    streams_[i].read(*pages_, begin, std::span(bytes).first(size));
-    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(size), behind, '\0');
-    unpack(f, bytes.data(), bit % 8, std::span(values[i]).first(points.size()));
+    streams_[i].read(*pages_, begin, {bytes, size});
+    std::fill_n(bytes + size, bytes_behind, '\0');
+    unpack(f, bytes, bit % 8, {values(i), points.size()});
   }
+  const double *x = values(0), *y = values(1), *z = values(2);
   for (std::size_t i = 0; i < points.size(); ++i)
-    points[i] = scan_.is_spherical ? from_spherical(values[0][i], values[1][i], values[2][i])
-                                   : Eigen::Vector3d(values[0][i], values[1][i], values[2][i]);
+    points[i] = scan_.is_spherical ? from_spherical(x[i], y[i], z[i]) : Eigen::Vector3d(x[i], y[i], z[i]);
   if (!scan_.invalid_state) return;
+  const double* invalid = values(3);
   for (std::size_t i = 0; i < points.size(); ++i)
-    if (values[3][i] != 0) points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+    if (invalid[i] != 0) points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace globalmatch::support

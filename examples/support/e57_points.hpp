@@ -44,10 +44,12 @@ class e57_points final : public point_source {
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
 
  private:
+  struct buffers;
+
   void find_packets();
   bool is_complete() const;
   void add_packet(std::uint64_t packet, std::uint64_t size);
-  void decode(std::size_t first, std::span<Eigen::Vector3d> points) const;
+  void decode(std::size_t first, std::span<Eigen::Vector3d> points, buffers& room) const;
 
   std::shared_ptr<const e57_pages> pages_;
   e57_scan scan_;

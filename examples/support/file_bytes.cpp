@@ -1,11 +1,13 @@
 #include "support/file_bytes.hpp"
 
 #include <cerrno>
+#include <cstdio>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "support/file_error.hpp"
+#include "support/temporary_file.hpp"
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <fcntl.h>
@@ -36,9 +38,9 @@ void require_regular(const std::filesystem::path& path) {
 #if defined(__unix__) || defined(__APPLE__)
 
 struct file_bytes::handle {
-  explicit handle(const std::filesystem::path& path) : number(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
+  explicit handle(const std::filesystem::path& path) : number(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {}
   ~handle() {
-    if (is_open()) close(number);
+    if (is_open()) ::close(number);
   }
   handle(const handle&) = delete;
   handle& operator=(const handle&) = delete;
@@ -83,8 +85,30 @@ struct file_bytes::handle {
 #endif
 
 file_bytes::file_bytes(std::filesystem::path path) : path_(std::move(path)) {
+  if (path_ == "-")
+    *this = of_standard_input();
+  else
+    open();
+}
+
+// Standard input comes once, and each of its scans is opened. It is copied to disk, not to memory: that is
+// right for any size, and a small file stays in the memory of the system anyway.
+const file_bytes& file_bytes::of_standard_input() {
+  constexpr std::string_view name = "standard input";
+  static temporary_file copy(name);
+  static const file_bytes all = [&] {
+    file_bytes file(copy.path());
+    copy.remove();  // before it is filled, so that nothing is left where the program is interrupted
+    file.path_ = name;
+    file.size_ = copy.copy_from(stdin);
+    return file;
+  }();
+  return all;
+}
+
+void file_bytes::open() {
   require_regular(path_);
-  handle_ = std::make_unique<handle>(path_);
+  handle_ = std::make_shared<const handle>(path_);
   if (!handle_->is_open()) {
     const bool too_many = errno == EMFILE || errno == ENFILE;
     fail("cannot be opened for reading (" + std::generic_category().message(errno) + ")",
@@ -95,10 +119,6 @@ file_bytes::file_bytes(std::filesystem::path path) : path_(std::move(path)) {
   size_ = std::filesystem::file_size(path_, error);
   if (error) fail("cannot be read (" + error.message() + ")", "Try again, or copy it to another disk");
 }
-
-file_bytes::~file_bytes() = default;
-file_bytes::file_bytes(file_bytes&&) noexcept = default;
-file_bytes& file_bytes::operator=(file_bytes&&) noexcept = default;
 
 void file_bytes::read(std::uint64_t offset, std::span<char> bytes) const {
   if (offset > size_ || bytes.size() > size_ - offset) fail_truncated();

@@ -11,15 +11,14 @@
 namespace globalmatch::support {
 
 /// A regular file of known size. It is read, not mapped: a file that is cut off meanwhile is an error like
-/// any other, and no signal.
+/// any other, and no signal. Copies share the open file.
 class file_bytes {
  public:
-  /// Throws `file_error` when there is no regular file at `path` or it cannot be opened.
+  /// The path `-` is standard input, all of it, however often it is opened. Throws `file_error` when there is
+  /// no regular file at `path` or it cannot be opened.
   explicit file_bytes(std::filesystem::path path);
-  ~file_bytes();
-  file_bytes(file_bytes&&) noexcept;
-  file_bytes& operator=(file_bytes&&) noexcept;
 
+  /// As messages name the file.
   const std::filesystem::path& path() const { return path_; }
   std::uint64_t size() const { return size_; }
 
@@ -34,9 +33,12 @@ class file_bytes {
 
  private:
   struct handle;
+  static const file_bytes& of_standard_input();
+  void open();
+
   std::filesystem::path path_;
   std::uint64_t size_ = 0;
-  std::unique_ptr<handle> handle_;
+  std::shared_ptr<const handle> handle_;
 };
 
 }  // namespace globalmatch::support

@@ -22,6 +22,8 @@ class input_file {
   explicit input_file(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return file_.path(); }
+  /// The same open file, to be read at any place.
+  const file_bytes& bytes() const { return file_; }
   /// [bytes] of the cursor from the start of the file, for binary data. Throws `file_error` where text was
   /// made UTF-8: what follows a header in UTF-16 can be no such data.
   std::uint64_t offset() const;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "support/class_counts.hpp"
 #include "support/file_bytes.hpp"
 #include "support/las_header.hpp"
 #include "support/las_points.hpp"
@@ -50,6 +51,12 @@ class las_points final : public point_source {
 
   marked_points marked() const override { return scaling_.marked(); }
 
+  std::optional<class_counts> count_classes(const execution& exec) const override {
+    return count_in_chunks(
+        exec, size(), block_size,
+        [&](std::size_t begin, std::size_t end, class_counts& counts) { count(begin, end, counts); });
+  }
+
  private:
   void read_block(std::size_t first, std::span<Eigen::Vector3d> points, char* bytes) const {
     file_.read(header_.points_at + std::uint64_t(first) * header_.record_size,
@@ -65,6 +72,21 @@ class las_points final : public point_source {
       marks[i] = mark_of_record(record);
     }
     scaling_.scale(first, {raw, points.size()}, {marks, points.size()}, points);
+  }
+
+  void count(std::size_t begin, std::size_t end, class_counts& counts) const {
+    const std::size_t bytes = (end - begin) * header_.record_size;
+    const auto records = std::make_unique_for_overwrite<char[]>(bytes);
+    file_.read(header_.points_at + std::uint64_t(begin) * header_.record_size, {records.get(), bytes});
+    for (std::size_t at = 0; at < bytes; at += header_.record_size) {
+      const auto byte = [&](std::size_t offset) {
+        return static_cast<unsigned>(static_cast<unsigned char>(records[at + offset]));
+      };
+      if (header_.is_long())
+        counts.add(byte(14) & 15u, byte(14) >> 4, byte(16));
+      else
+        counts.add(byte(14) & 7u, byte(14) >> 3 & 7u, byte(15) & 31u);
+    }
   }
 
   point_mark mark_of_record(const char* record) const {
@@ -83,7 +105,7 @@ class las_points final : public point_source {
 }  // namespace
 
 opened_scan open_las(input_file& file, const scan_options& options) {
-  file_bytes bytes(file.path());
+  file_bytes bytes = file.bytes();
   const las_header header = read_las_header(bytes);
   const las_records records = read_las_records(bytes, header);
   opened_scan scan;

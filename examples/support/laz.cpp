@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "globalmatch/detail/core/threads.hpp"
+#include "support/class_counts.hpp"
 #include "support/large_array.hpp"
 #include "support/las_points.hpp"
 #include "support/laz_chunk_decoder.hpp"
@@ -61,62 +62,86 @@ record_layout layout_of(const file_bytes& file, const las_header& header, const 
   return layout;
 }
 
-/// Points of which coordinates and marks were decoded at once.
-class decoded_laz final : public point_source {
+/// What points have in common that are decoded at once and those that are decoded when they are asked for.
+class laz_points : public point_source {
  public:
-  decoded_laz(const file_bytes& file, const las_header& header, const record_layout& layout,
-              const std::vector<laz::chunk>& chunks, const scan_options& options, std::size_t size)
-      : points_(size), marks_(size), scaling_(header.scale, header.offset, options.keep_marked, size) {
-    laz::chunk_decoders decoders(file, layout);
+  std::size_t size() const final { return scaling_.size(); }
+  marked_points marked() const final { return scaling_.marked(); }
+
+  std::optional<class_counts> count_classes(const execution& exec) const final {
+    laz::chunk_decoders decoders(file_, layout_);
+    return count_in_chunks(exec, chunks_.size(), 1,
+                           [&](std::size_t begin, std::size_t end, class_counts& counts) {
+                             for (std::size_t i = begin; i < end; ++i) decoders.count(chunks_[i], counts);
+                           });
+  }
+
+ protected:
+  laz_points(file_bytes file, const las_header& header, const record_layout& layout,
+             std::vector<laz::chunk> chunks, bool keep_marked, std::size_t size)
+      : file_(std::move(file)),
+        layout_(layout),
+        chunks_(std::move(chunks)),
+        scaling_(header.scale, header.offset, keep_marked, size) {}
+
+  file_bytes file_;
+  record_layout layout_;
+  std::vector<laz::chunk> chunks_;
+  mutable point_scaling scaling_;
+};
+
+/// Points of which coordinates and marks were decoded at once.
+class decoded_laz final : public laz_points {
+ public:
+  decoded_laz(file_bytes file, const las_header& header, const record_layout& layout,
+              std::vector<laz::chunk> chunks, const scan_options& options, std::size_t size)
+      : laz_points(std::move(file), header, layout, std::move(chunks), options.keep_marked, size),
+        points_(size),
+        marks_(size) {
+    laz::chunk_decoders decoders(file_, layout_);
     const execution exec{.threads = options.threads};
     detail::parallel_for(
-        exec, "decode points", chunks.size(),
+        exec, "decode points", chunks_.size(),
         [&](std::size_t i) {
-          const auto first = static_cast<std::size_t>(chunks[i].first);
-          const auto count = static_cast<std::size_t>(chunks[i].count);
-          decoders.decode(chunks[i], {points_.data() + first, count}, {marks_.data() + first, count});
+          const auto first = static_cast<std::size_t>(chunks_[i].first);
+          const auto count = static_cast<std::size_t>(chunks_[i].count);
+          decoders.decode(chunks_[i], {points_.data() + first, count}, {marks_.data() + first, count});
         },
         1);
   }
 
-  std::size_t size() const override { return scaling_.size(); }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override {
     scaling_.scale(first, {points_.data() + first, points.size()}, {marks_.data() + first, points.size()},
                    points);
   }
-  marked_points marked() const override { return scaling_.marked(); }
 
  private:
   large_array<raw_point> points_;
   large_array<point_mark> marks_;
-  mutable point_scaling scaling_;
 };
 
 /// Points that are decoded when they are asked for.
-class streamed_laz final : public point_source {
+class streamed_laz final : public laz_points {
  public:
-  streamed_laz(file_bytes file, const las_header& header, const record_layout& layout,
-               std::vector<laz::chunk> chunks, const scan_options& options, std::size_t size)
-      : chunks_(std::move(file), layout, std::move(chunks), options.threads),
-        scaling_(header.scale, header.offset, options.keep_marked, size) {}
+  streamed_laz(const file_bytes& file, const las_header& header, const record_layout& layout,
+               const std::vector<laz::chunk>& chunks, const scan_options& options, std::size_t size)
+      : laz_points(file, header, layout, chunks, options.keep_marked, size),
+        decoded_(file, layout, chunks, options.threads) {}
 
-  std::size_t size() const override { return scaling_.size(); }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override {
     raw_point raw[block_size];
     point_mark marks[block_size];
     for (std::size_t done = 0; done < points.size();) {
       const std::size_t begin = first + done;
       const std::size_t count = std::min(points.size() - done, block_size - begin % block_size);
-      chunks_.read(begin, {raw, count}, {marks, count});
+      decoded_.read(begin, {raw, count}, {marks, count});
       scaling_.scale(begin, {raw, count}, {marks, count}, points.subspan(done, count));
       done += count;
     }
   }
-  marked_points marked() const override { return scaling_.marked(); }
 
  private:
-  mutable laz::decoded_chunks chunks_;
-  mutable point_scaling scaling_;
+  mutable laz::decoded_chunks decoded_;
 };
 
 }  // namespace
@@ -128,8 +153,8 @@ std::unique_ptr<point_source> open_laz(file_bytes file, const las_header& header
   const std::uint64_t size = chunks.empty() ? 0 : chunks.back().first + chunks.back().count;
   const auto count = static_cast<std::size_t>(size);
   if (size <= options.memory / (sizeof(raw_point) + sizeof(point_mark)))
-    return std::make_unique<decoded_laz>(file, header, layout, chunks, options, count);
-  return std::make_unique<streamed_laz>(std::move(file), header, layout, std::move(chunks), options, count);
+    return std::make_unique<decoded_laz>(std::move(file), header, layout, std::move(chunks), options, count);
+  return std::make_unique<streamed_laz>(file, header, layout, chunks, options, count);
 }
 
 }  // namespace globalmatch::support

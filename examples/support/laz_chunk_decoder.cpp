@@ -80,6 +80,10 @@ void chunk_decoder::decode(const chunk& chunk, std::span<raw_point> points, std:
   decode_into(chunk, coordinates_output{points.data(), marks.data()});
 }
 
+void chunk_decoder::count(const chunk& chunk, class_counts& counts) {
+  decode_into(chunk, counts_output{&counts});
+}
+
 void chunk_decoder::decode_records(const chunk& chunk, std::span<char> records) {
   decode_into(chunk, records_output{records.data(), layout_.record_size()});
 }
@@ -119,7 +123,8 @@ std::uint64_t chunk_decoder::size_of(std::uint64_t offset, std::uint64_t count) 
   fail_damaged(file_);
 }
 
-void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks) {
+template <class Work>
+void chunk_decoders::with_decoder(const Work& work) {
   std::unique_ptr<chunk_decoder> decoder;
   {
     const std::scoped_lock lock(mutex_);
@@ -129,9 +134,17 @@ void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std
     }
   }
   if (!decoder) decoder = std::make_unique<chunk_decoder>(file_, layout_);
-  decoder->decode(chunk, points, marks);
+  work(*decoder);
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(decoder));
+}
+
+void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks) {
+  with_decoder([&](chunk_decoder& decoder) { decoder.decode(chunk, points, marks); });
+}
+
+void chunk_decoders::count(const chunk& chunk, class_counts& counts) {
+  with_decoder([&](chunk_decoder& decoder) { decoder.count(chunk, counts); });
 }
 
 }  // namespace globalmatch::support::laz

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "support/class_counts.hpp"
 #include "support/file_bytes.hpp"
 #include "support/las_points.hpp"
 #include "support/laz_layout.hpp"
@@ -23,6 +24,9 @@ class chunk_decoder {
   /// Decodes coordinates and marks of all points of a chunk, and of their attributes no more than needed.
   /// Throws `file_error` when the chunk is damaged.
   void decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks);
+
+  /// Adds the return numbers and classes of all points of a chunk. Throws `file_error` when it is damaged.
+  void count(const chunk& chunk, class_counts& counts);
 
   /// Decodes whole records, as files have them that are not compressed.
   void decode_records(const chunk& chunk, std::span<char> records);
@@ -48,8 +52,12 @@ class chunk_decoders {
   chunk_decoders(const file_bytes& file, const record_layout& layout) : file_(file), layout_(layout) {}
 
   void decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks);
+  void count(const chunk& chunk, class_counts& counts);
 
  private:
+  template <class Work>
+  void with_decoder(const Work& work);
+
   const file_bytes& file_;
   record_layout layout_;
   std::mutex mutex_;

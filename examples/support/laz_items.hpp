@@ -206,6 +206,8 @@ class item_chunk {
       if constexpr (HasTime) at = put_little(at, time_);
       if constexpr (HasColor) at = color_.put(at);
       std::copy(models_.last_extra.begin(), models_.last_extra.end(), at);
+    } else if constexpr (Output::has_counts) {
+      output_.counts->add(point.returns & 7u, point.returns >> 3 & 7u, point.class_byte & 31u);
     } else {
       output_.put(index, point.position, mark_of_class_byte(point.class_byte));
     }

@@ -88,7 +88,8 @@ struct layered_models {
   std::vector<layer> attribute_layers;
 };
 
-/// Decodes a chunk of the formats 6 to 8. For coordinates its bytes may end behind the layers they need.
+/// Decodes a chunk of the formats 6 to 8. For coordinates and counts its bytes may end behind the layers that
+/// these need.
 template <class Output>
 class layered_chunk {
  public:
@@ -123,6 +124,7 @@ layered_chunk<Output>::layered_chunk(layered_models& models, const record_layout
   layer_reader next_layer(layout, bytes);
   const std::size_t wanted = Output::has_records ? point_layers : record_layout::coordinate_layers;
   for (std::size_t i = 0; i < wanted; ++i) layers_[i] = next_layer();
+  if constexpr (Output::has_counts) layers_[z_layer] = layers_[flags_layer] = {};
   const point14 first = point14::load_from(first_);
   models_.is_used.fill(false);
   models_.is_used[first.channel] = true;
@@ -219,6 +221,8 @@ LAZ_INLINE void layered_chunk<Output>::put(std::size_t index, const point14& poi
     if (layout_.has_color()) at = attributes_->last_color.put(at);
     if (layout_.has_infrared()) at = put_little(at, attributes_->last_infrared);
     std::copy(attributes_->last_extra.begin(), attributes_->last_extra.end(), at);
+  } else if constexpr (Output::has_counts) {
+    output_.counts->add(point.return_number, point.return_count, point.class_number);
   } else {
     output_.put(index, point.position, point.mark());
   }

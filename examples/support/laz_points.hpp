@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <cstring>
 
+#include "support/class_counts.hpp"
 #include "support/las_points.hpp"
 
 namespace globalmatch::support::laz {
 
 /// Keeps coordinates and marks of points.
 struct coordinates_output {
-  static constexpr bool has_records = false;
+  static constexpr bool has_records = false, has_counts = false;
   raw_point* points;
   point_mark* marks;
 
@@ -25,13 +26,19 @@ struct coordinates_output {
 
 /// Keeps nothing.
 struct no_output {
-  static constexpr bool has_records = false;
+  static constexpr bool has_records = false, has_counts = false;
   void put(std::size_t, const raw_point&, point_mark) const {}
+};
+
+/// Counts return numbers and classes, for which heights and marks are not decoded where they have layers.
+struct counts_output {
+  static constexpr bool has_records = false, has_counts = true;
+  class_counts* counts;
 };
 
 /// Keeps whole records, as a file that is not compressed has them.
 struct records_output {
-  static constexpr bool has_records = true;
+  static constexpr bool has_records = true, has_counts = false;
   char* records;
   std::size_t record_size;
 

@@ -146,8 +146,7 @@ std::unique_ptr<point_source> open_binary(const input_file& file, const pcd_head
                                           const pcd_layout& layout) {
   const std::size_t count = point_count(file, header, file.remaining() / layout.record_size);
   return std::make_unique<point_records>(
-      file_bytes(file.path()),
-      record_layout{file.offset(), count, layout.record_size, layout.offsets, layout.types});
+      file.bytes(), record_layout{file.offset(), count, layout.record_size, layout.offsets, layout.types});
 }
 
 std::vector<char> unpack(input_file& file) {

@@ -219,6 +219,18 @@ std::unique_ptr<point_source> read_points(const input_file& file, Values& values
   return std::make_unique<points_in_memory>(std::move(points));
 }
 
+// Where a return number or a class is noted. CloudCompare puts "scalar_" before the names of LAS, and joins
+// words by underscores or not at all.
+std::optional<record_field>* class_field(record_layout& layout, const std::string& property) {
+  std::string name = lower_case(property);
+  std::erase(name, '_');
+  if (name.starts_with("scalar")) name.erase(0, 6);
+  if (name == "returnnumber") return &layout.return_number;
+  if (name == "numberofreturns") return &layout.return_count;
+  if (name == "classification" || name == "class") return &layout.class_number;
+  return nullptr;
+}
+
 // Records with lists differ in length: they are read one after the other.
 std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& header, std::endian order) {
   binary_values values(file, order);
@@ -230,9 +242,10 @@ std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& he
       layout.offsets[std::size_t(axis)] = layout.size;
       layout.types[std::size_t(axis)] = property.type;
     }
+    if (auto* field = class_field(layout, property.name)) *field = record_field{layout.size, property.type};
     layout.size += size_of(property.type);
   }
-  return std::make_unique<point_records>(file_bytes(file.path()), layout);
+  return std::make_unique<point_records>(file.bytes(), layout);
 }
 
 std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header) {

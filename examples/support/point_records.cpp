@@ -3,6 +3,8 @@
 #include <memory>
 #include <utility>
 
+#include "support/class_counts.hpp"
+
 namespace globalmatch::support {
 
 namespace {
@@ -28,6 +30,17 @@ void decode_each(const char* record, const record_layout& layout, std::span<Eige
   }
 }
 
+// Values that are no such number are not counted.
+template <std::size_t Size>
+void count_field(const char* records, std::size_t count, const record_layout& layout,
+                 const std::optional<record_field>& field, std::array<std::size_t, Size>& counts) {
+  if (!field) return;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = load(field->type, records + i * layout.size + field->offset, layout.order);
+    if (value >= 0 && value < double(Size)) ++counts[static_cast<std::size_t>(value)];
+  }
+}
+
 }  // namespace
 
 point_records::point_records(file_bytes file, const record_layout& layout)
@@ -37,10 +50,15 @@ point_records::point_records(file_bytes file, const record_layout& layout)
     file_.fail_truncated();
 }
 
-void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
-  const std::size_t bytes = points.size() * layout_.size;
-  const auto records = std::make_unique_for_overwrite<char[]>(bytes);
+std::unique_ptr<char[]> point_records::read_records(std::size_t first, std::size_t count) const {
+  const std::size_t bytes = count * layout_.size;
+  auto records = std::make_unique_for_overwrite<char[]>(bytes);
   file_.read(layout_.begin + std::uint64_t(first) * layout_.size, {records.get(), bytes});
+  return records;
+}
+
+void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
+  const auto records = read_records(first, points.size());
   if (layout_.types[1] == layout_.types[0] && layout_.types[2] == layout_.types[0])
     visit_type(layout_.types[0], [&]<class T>(T) {
       layout_.order == std::endian::little ? decode_as<T, std::endian::little>(records.get(), layout_, points)
@@ -48,6 +66,17 @@ void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) c
     });
   else
     decode_each(records.get(), layout_, points);
+}
+
+std::optional<class_counts> point_records::count_classes(const execution& exec) const {
+  if (!layout_.return_number && !layout_.return_count && !layout_.class_number) return std::nullopt;
+  return count_in_chunks(
+      exec, size(), block_size, [&](std::size_t begin, std::size_t end, class_counts& counts) {
+        const auto records = read_records(begin, end - begin);
+        count_field(records.get(), end - begin, layout_, layout_.return_number, counts.return_numbers);
+        count_field(records.get(), end - begin, layout_, layout_.return_count, counts.return_counts);
+        count_field(records.get(), end - begin, layout_, layout_.class_number, counts.classes);
+      });
 }
 
 }  // namespace globalmatch::support

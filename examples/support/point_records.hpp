@@ -5,12 +5,20 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <optional>
 
 #include "support/file_bytes.hpp"
 #include "support/point_source.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support {
+
+/// A number in a record.
+struct record_field {
+  std::size_t offset;  ///< [bytes]
+  scalar type;
+};
 
 /// Where the records are in a file, and x, y and z in a record.
 struct record_layout {
@@ -20,6 +28,7 @@ struct record_layout {
   std::array<std::size_t, 3> offsets = {};  ///< [bytes] in a record
   std::array<scalar, 3> types = {};
   std::endian order = std::endian::little;
+  std::optional<record_field> return_number = {}, return_count = {}, class_number = {};
 };
 
 /// Points that are read from the file whenever they are asked for.
@@ -30,8 +39,11 @@ class point_records final : public point_source {
 
   std::size_t size() const override { return layout_.count; }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
+  std::optional<class_counts> count_classes(const execution& exec) const override;
 
  private:
+  std::unique_ptr<char[]> read_records(std::size_t first, std::size_t count) const;
+
   file_bytes file_;
   record_layout layout_;
 };

@@ -14,7 +14,13 @@
 #include <utility>
 #include <vector>
 
+namespace globalmatch {
+struct execution;
+}  // namespace globalmatch
+
 namespace globalmatch::support {
+
+struct class_counts;
 
 /// How many points a file marks as no good: LAS classes 7 and 18 (noise), and others with the withheld flag.
 struct marked_points {
@@ -38,6 +44,10 @@ class point_source {
 
   /// The points that the file marks, among those in whole blocks that were read so far.
   virtual marked_points marked() const { return {}; }
+
+  /// Counts return numbers and classes of all points, also of those that are left out, in a pass of its own;
+  /// nothing where the file has neither. The same for any number of threads. Throws `file_error`.
+  virtual std::optional<class_counts> count_classes(const execution& exec) const;
 };
 
 /// Points that were decoded at once.
@@ -75,6 +85,7 @@ struct scan_header {
 struct opened_scan {
   std::unique_ptr<point_source> points;
   scan_header header = {};
+  std::size_t scans = 1;  ///< that the file holds
 };
 
 }  // namespace globalmatch::support

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "support/input_file.hpp"
+#include "support/announced_blocks.hpp"
 #include "support/text_fields.hpp"
 
 namespace globalmatch::support {
@@ -29,15 +29,6 @@ void walk(input_file& file, const UseCount& use_count, const UseRow& use_row) {
     else
       use_row(text);
   }
-}
-
-void require_as_announced(const input_file& file, std::size_t number, std::uint64_t announced,
-                          std::uint64_t rows) {
-  if (rows == announced) return;
-  file.fail("has a block " + std::to_string(number) + " that announces " + std::to_string(announced) +
-                " points but holds " + std::to_string(rows),
-            rows < announced ? "It is probably truncated: copy or export it again"
-                             : "Export it again, or correct the count");
 }
 
 std::vector<std::string> attributes_of(std::string_view row, char separator) {
@@ -64,23 +55,7 @@ bool looks_like_pts(std::string_view start) {
   return false;
 }
 
-void require_announced_blocks(const std::filesystem::path& path) {
-  input_file file(path);
-  std::size_t blocks = 0;
-  std::uint64_t announced = 0, rows = 0;
-  walk(
-      file,
-      [&](std::uint64_t count) {
-        if (blocks++ > 0) require_as_announced(file, blocks - 1, announced, rows);
-        announced = count;
-        rows = 0;
-      },
-      [&](std::string_view) { ++rows; });
-  if (blocks > 1) require_as_announced(file, blocks, announced, rows);
-}
-
-opened_scan open_pts(const std::filesystem::path& path, std::size_t number, const scan_options&) {
-  input_file file(path);
+opened_scan open_pts(input_file& file, std::size_t number, const scan_options&) {
   opened_scan opened;
   std::vector<Eigen::Vector3d> points;
   std::size_t block = 0;

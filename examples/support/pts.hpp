@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string_view>
 
+#include "support/input_file.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {
@@ -12,12 +12,8 @@ namespace globalmatch::support {
 /// Whether the first lines of a file are a count of points, and a point or the count of another block.
 bool looks_like_pts(std::string_view start);
 
-/// Throws `file_error` when the file holds several blocks, and one of them other than the points that its
-/// count announces. Programs write a block for each scan of a project, in one frame.
-void require_announced_blocks(const std::filesystem::path& path);
-
 /// The block `number`, counted from 1. Throws `file_error`, also when the block holds other than the points
 /// that its count announces.
-opened_scan open_pts(const std::filesystem::path& path, std::size_t number, const scan_options& options);
+opened_scan open_pts(input_file& file, std::size_t number, const scan_options& options);
 
 }  // namespace globalmatch::support

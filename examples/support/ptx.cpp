@@ -123,8 +123,7 @@ bool looks_like_ptx(std::string_view start) {
   return true;
 }
 
-std::size_t count_ptx_scans(const std::filesystem::path& path) {
-  input_file file(path);
+std::size_t count_ptx_scans(input_file& file) {
   std::size_t count = 0;
   while (const auto scan = read_header(file)) {
     for (std::uint64_t i = 0; i < scan->points; ++i) read_row(file);
@@ -133,8 +132,7 @@ std::size_t count_ptx_scans(const std::filesystem::path& path) {
   return count;
 }
 
-opened_scan open_ptx(const std::filesystem::path& path, std::size_t number, const scan_options&) {
-  input_file file(path);
+opened_scan open_ptx(input_file& file, std::size_t number, const scan_options&) {
   opened_scan opened;
   std::size_t count = 0;
   while (const auto scan = read_header(file)) {
@@ -146,6 +144,7 @@ opened_scan open_ptx(const std::filesystem::path& path, std::size_t number, cons
   if (!opened.points)
     file.fail("holds " + std::to_string(count) + " scans, and no scan " + std::to_string(number),
               "Scans are counted from 1");
+  opened.scans = count;
   opened.header.format = "PTX";
   if (count > 1) opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(count);
   return opened;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cstddef>
-#include <filesystem>
 #include <string_view>
 
+#include "support/input_file.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {
@@ -14,10 +14,10 @@ namespace globalmatch::support {
 bool looks_like_ptx(std::string_view start);
 
 /// How many scans the file holds, one after the other. Throws `file_error` when it is damaged.
-std::size_t count_ptx_scans(const std::filesystem::path& path);
+std::size_t count_ptx_scans(input_file& file);
 
 /// Scan `number`, counted from 1, in the scanner's own frame. Empty returns, which are at the origin, are
 /// left out. A matrix that is not rigid is no pose. Throws `file_error`.
-opened_scan open_ptx(const std::filesystem::path& path, std::size_t number, const scan_options& options);
+opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& options);
 
 }  // namespace globalmatch::support

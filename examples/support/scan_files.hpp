@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "support/numbered_scans.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {
@@ -94,26 +95,15 @@ class scan_file {
   opened_scan scan_;
 };
 
-/// Opens a scan. The format is recognised by content, whatever the name: PLY, PCD, LAS, LAZ, COPC, E57, PTX,
-/// or text with x, y and z in the columns that a header names so, or in the first three where there is none;
-/// a header that names no coordinates is refused. Of a file of several scans one is chosen by `name#K`,
-/// counted from 1; blocks of a PTS file are one scan unless one is chosen so. A folder is one scan in tiles
-/// where `options.tiles` says so. The points are those of the file, in its order and frame; those without
-/// coordinates, and those that the file marks as noise or withheld, unless they are to be kept, are
-/// not-a-number. A scan may have no points. Throws `file_error` when the file cannot be read or is damaged;
-/// the range throws it where damage shows only later.
+/// Opens a scan; `-` is standard input. The format is recognised by content, whatever the name: PLY, PCD,
+/// LAS, LAZ, COPC, E57, PTX, or text with x, y and z in the columns that a header names so, or in the first
+/// three where there is none; a header that names no coordinates is refused. Of a file of several scans one
+/// is chosen by `name#K`, counted from 1; blocks of a PTS file are one scan unless one is chosen so. A folder
+/// is one scan in tiles where `options.tiles` says so. The points are those of the file, in its order and
+/// frame; those without coordinates, and those that the file marks as noise or withheld, unless they are to
+/// be kept, are not-a-number. A scan may have no points. Throws `file_error` when the file cannot be read or
+/// is damaged; the range throws it where damage shows only later.
 scan_file open_scan(const std::filesystem::path& path, const scan_options& options = {});
-
-/// What `name#K` names, unless there is a file of that very name.
-struct numbered_scan {
-  std::filesystem::path path;
-  std::optional<std::size_t> number;
-};
-numbered_scan parse_scan_name(const std::filesystem::path& name);
-
-/// The scans that a file holds: itself, or where it holds several `name#1`, `name#2` and so on. Throws
-/// `file_error` when it cannot be read.
-std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path);
 
 using rgb = std::array<std::uint8_t, 3>;
 

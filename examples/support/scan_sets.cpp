@@ -9,8 +9,11 @@
 #include <system_error>
 #include <utility>
 
+#include "support/class_counts.hpp"
 #include "support/file_error.hpp"
+#include "support/numbered_scans.hpp"
 #include "support/text_fields.hpp"
+#include "support/wildcards.hpp"
 
 namespace globalmatch::support {
 
@@ -50,9 +53,9 @@ std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& fo
 // blocks are read whole; the places between are not-a-number.
 class joined_points final : public point_source {
  public:
-  explicit joined_points(std::vector<scan_file> parts) : parts_(std::move(parts)) {
-    for (const scan_file& part : parts_)
-      first_.push_back(first_.back() + (part.size() + block_size - 1) / block_size * block_size);
+  explicit joined_points(std::vector<std::unique_ptr<point_source>> parts) : parts_(std::move(parts)) {
+    for (const auto& part : parts_)
+      first_.push_back(first_.back() + (part->size() + block_size - 1) / block_size * block_size);
   }
 
   std::size_t size() const override { return first_.back(); }
@@ -65,23 +68,30 @@ class joined_points final : public point_source {
     for (auto part = std::size_t(after - first_.begin() - 1); part < parts_.size() && first_[part] < end;
          ++part) {
       const std::size_t begin = std::max(first, first_[part]);
-      const std::size_t part_end = std::min(end, first_[part] + parts_[part].size());
+      const std::size_t part_end = std::min(end, first_[part] + parts_[part]->size());
       if (begin < part_end)
-        parts_[part].points().read(begin - first_[part], points.subspan(begin - first, part_end - begin));
+        parts_[part]->read(begin - first_[part], points.subspan(begin - first, part_end - begin));
     }
   }
 
   marked_points marked() const override {
     marked_points all;
-    for (const scan_file& part : parts_) {
-      all.noise += part.marked().noise;
-      all.withheld += part.marked().withheld;
+    for (const auto& part : parts_) {
+      all.noise += part->marked().noise;
+      all.withheld += part->marked().withheld;
     }
     return all;
   }
 
+  std::optional<class_counts> count_classes(const execution& exec) const override {
+    std::optional<class_counts> sum;
+    for (const auto& part : parts_)
+      if (const auto counts = part->count_classes(exec)) sum = sum.value_or(class_counts{}) += *counts;
+    return sum;
+  }
+
  private:
-  std::vector<scan_file> parts_;
+  std::vector<std::unique_ptr<point_source>> parts_;
   std::vector<std::size_t> first_ = {0};  // where each part begins, and the end
 };
 
@@ -90,7 +100,7 @@ class joined_points final : public point_source {
 std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names,
                                               bool keep_folders) {
   std::vector<std::filesystem::path> scans;
-  for (const auto& name : names) {
+  for (const auto& name : expand_patterns(names)) {
     std::error_code ignored;
     const bool is_folder = std::filesystem::is_directory(name, ignored);
     if (is_folder && keep_folders) {
@@ -108,6 +118,7 @@ std::string name_of(const std::filesystem::path& scan) {
   const std::filesystem::path whole = scan.has_filename() ? scan : scan.parent_path();  // folder/
   if (std::filesystem::is_directory(whole, ignored)) return whole.filename().string();
   const auto [file, number] = parse_scan_name(whole);
+  if (file == "-") return "standard_input" + (number ? '_' + std::to_string(*number) : "");
   return file.stem().string() + (number ? '_' + std::to_string(*number) : "");
 }
 
@@ -115,21 +126,24 @@ bool is_same_scan(const std::filesystem::path& a, const std::filesystem::path& b
   const auto [file_a, number_a] = parse_scan_name(a);
   const auto [file_b, number_b] = parse_scan_name(b);
   std::error_code ignored;
-  return number_a.value_or(1) == number_b.value_or(1) && std::filesystem::equivalent(file_a, file_b, ignored);
+  const bool is_same_file = file_a == file_b || std::filesystem::equivalent(file_a, file_b, ignored);
+  return number_a.value_or(1) == number_b.value_or(1) && is_same_file;
 }
 
-scan_file open_tiles(const std::filesystem::path& folder, const scan_options& options) {
-  std::vector<scan_file> parts;
-  for (const auto& name : find_scans({folder})) parts.push_back(open_scan(name, options));
-  scan_header header = parts.front().header();
-  for (const scan_file& part : parts) {
-    if (!is_same_pose(part.header().pose, header.pose))
+opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& options) {
+  std::vector<std::unique_ptr<point_source>> parts;
+  std::optional<scan_header> header;
+  for (const auto& name : find_scans({folder})) {
+    opened_scan part = open_numbered_scan(name, options);
+    if (!header) header = part.header;
+    if (!is_same_pose(part.header.pose, header->pose))
       throw file_error(folder, "holds scans whose headers have poses of their own: they are not in one frame",
                        "Leave out --tiles, or export the tiles in one frame");
-    if (part.header().format != parts.front().header().format) header.format = "several formats";
+    if (part.header.format != header->format) header->format = "several formats";
+    parts.push_back(std::move(part.points));
   }
-  header.format += ", " + std::to_string(parts.size()) + " tiles";
-  return scan_file({std::make_unique<joined_points>(std::move(parts)), std::move(header)});
+  header->format += ", " + std::to_string(parts.size()) + " tiles";
+  return {std::make_unique<joined_points>(std::move(parts)), *std::move(header)};
 }
 
 }  // namespace globalmatch::support

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <optional>
 
+#include "globalmatch/execution.hpp"
+#include "support/class_counts.hpp"
 #include "support/scan_files.hpp"
 
 namespace globalmatch::support {
@@ -21,10 +23,13 @@ struct scan_summary {
   /// [1/m^2] in plan, within half a metre of each distance; nothing where it is not known where the scanner
   /// was.
   std::optional<std::array<double, 3>> density;
+  std::optional<class_counts> classes;  ///< nothing where the file has neither returns nor classes
 };
 
-/// One forward pass. `scanner` is its place in the frame of the scan; if not given the origin, unless that is
-/// outside of the scan. Throws `file_error` when the file is damaged.
-scan_summary summarise(const scan_file& scan, const std::optional<Eigen::Vector3d>& scanner);
+/// One forward pass in parallel, and one more where there are classes. `scanner` is its place in the frame of
+/// the scan; if not given the origin, unless that is outside of the scan. Throws `file_error` when the file
+/// is damaged.
+scan_summary summarise(const scan_file& scan, const std::optional<Eigen::Vector3d>& scanner,
+                       const execution& exec = {});
 
 }  // namespace globalmatch::support

@@ -46,7 +46,7 @@ std::string_view remedy_of(table_of kind) {
 
 }  // namespace
 
-table_reader::table_reader(input_file& file, table_of kind) : file_(file), kind_(kind) {
+table_reader::table_reader(input_file& file, table_of kind) : file_(file), kind_(kind), blocks_(file) {
   for (std::size_t rows = 0; rows < looked_at;) {
     const auto line = file.read_line();
     if (!line) break;
@@ -73,7 +73,7 @@ void table_reader::read_header() {
       line_number_ = at.number;
       if (names_.empty()) take_header(*comment, true);
     } else if (is_count(line)) {
-      announced_ = announced_.value_or(0) + *to_count(line);
+      blocks_.begin(*to_count(line));
     } else if (!line.empty()) {
       line_number_ = at.number;
       if (has_header() || count_numbers(at.text) > 1) break;
@@ -263,13 +263,15 @@ bool table_reader::next() {
       line = *read;
       line_number_ = file_.line_number();
     } else {
+      blocks_.end();
       return false;
     }
     if (is_blank(line) || comment_of(trim(line))) continue;
-    if (is_count(line)) {  // a block of a PTS file
-      announced_ = announced_.value_or(0) + *to_count(trim(line));
+    if (is_count(line)) {
+      blocks_.begin(*to_count(trim(line)));
       continue;
     }
+    blocks_.add_row();
     cut(line, separator_, row_names_, cells_, needed_cells_);
     if (kind_ == table_of::points || !has_header()) return true;
     while (cells_.size() > names_.size() && (is_open_ended_ || cells_.back().empty())) cells_.pop_back();

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "support/announced_blocks.hpp"
 #include "support/column_names.hpp"
 #include "support/input_file.hpp"
 #include "support/text_fields.hpp"
@@ -28,10 +29,10 @@ class table_reader {
   const known_columns& columns() const { return columns_; }
   bool has_header() const { return !names_.empty(); }
   /// The number of rows that the lines with only a count announce, if there are any.
-  std::optional<std::uint64_t> announced() const { return announced_; }
+  std::optional<std::uint64_t> announced() const { return blocks_.announced(); }
 
   /// The next row, cut into cells; false at the end. Throws `file_error` where it has not as many cells as
-  /// the header has names.
+  /// the header has names, and where a block of a PTS file ends that holds other than it announces.
   bool next();
   /// Cells of the current row, which refer to it.
   const std::vector<std::string_view>& cells() const { return cells_; }
@@ -64,7 +65,7 @@ class table_reader {
   char header_separator_ = 0;
   bool is_open_ended_ = false;  // the header ends with an empty name: more cells may follow
   known_columns columns_;
-  std::optional<std::uint64_t> announced_;
+  announced_blocks blocks_;              // of a PTS file
   std::optional<char> given_separator_;  // by a line `sep=;`
   char separator_ = ' ';
   bool decimal_comma_ = false;

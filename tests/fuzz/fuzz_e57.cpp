@@ -19,9 +19,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   support::seal_pages(pages);
   std::ofstream(file, std::ios::binary) << pages;
   try {
-    const std::size_t scans = std::min<std::size_t>(support::count_e57_scans(file), 4);
+    support::input_file input(file);
+    const std::size_t scans = std::min<std::size_t>(support::count_e57_scans(input), 4);
     for (std::size_t number = 1; number <= scans; ++number) {
-      const support::opened_scan scan = support::open_e57(file, number, {});
+      const support::opened_scan scan = support::open_e57(input, number, {});
       fuzz::require(scan.points->size() <= size, "each point takes a byte or more");
       std::vector<Eigen::Vector3d> all(scan.points->size()), one(1);
       scan.points->read(0, all);

@@ -1,9 +1,11 @@
 // Files of any content: points, a table, a transform, or a `file_error`.
 #include <filesystem>
 #include <fstream>
+#include <numeric>
 #include <string>
 
 #include "fuzz_input.hpp"
+#include "support/class_counts.hpp"
 #include "support/file_error.hpp"
 #include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
@@ -40,6 +42,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const bool is_looked_at = i < 100;  // a point alone is dear where files are compressed
         fuzz::require(!is_looked_at || is_same(first[i], p), "a point is the same alone and among others");
         ++i;
+      }
+      if (const auto counts = scan.points().count_classes({.threads = 1})) {
+        const auto sum = std::accumulate(counts->classes.begin(), counts->classes.end(), std::size_t(0));
+        fuzz::require(sum <= scan.size(), "a point has one class");
       }
     } else if (reader == 1) {
       for (const support::stem_record& s : support::read_stems(file).stems)

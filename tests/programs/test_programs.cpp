@@ -178,6 +178,43 @@ TEST_CASE("wrong usage ends in status 2") {
   }
 }
 
+TEST_CASE("a scan, a stem map and each scan of a file of several may come from standard input") {
+  const temporary_directory directory;
+  const std::string csv = stem_csv(0, 0);
+  directory.file("stems.csv", csv);
+  REQUIRE(call(directory, "match_stems", "- stems.csv --out T.txt < stems.csv").status == 0);
+  CHECK(read_transform(directory / "T.txt").isApprox(Eigen::Isometry3d::Identity(), 1e-6));
+
+  const std::string pose = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  directory.file("two.ptx", "1\n1\n" + pose + "1 2 3 0\n2\n1\n" + pose + "1 2 3 0\n4 5 6 0\n");
+  REQUIRE(call(directory, "scan_info", "- --json r.json < two.ptx").status == 0);
+  const auto scans = nlohmann::json::parse(bytes_of(directory / "r.json"))["scans"];
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[1]["path"] == "-#2");
+  CHECK(scans[1]["points"] == 2);
+
+  directory.file("empty", "");
+  const run empty = call(directory, "map_stems", "- --out none.csv < empty");
+  CHECK(empty.status == 2);
+  CHECK_THAT(empty.complaint, Contains("standard input: is empty"));
+  const run several = call(directory, "map_stems", "- --out none.csv < two.ptx");
+  CHECK_THAT(several.complaint, Contains("standard input: holds 2 scans") && Contains("\"-#2\""));
+  CHECK(!std::filesystem::exists(directory / "none.csv"));
+}
+
+TEST_CASE("scan_info expands patterns that the shell has not, and says where one matches nothing") {
+  const temporary_directory directory;
+  for (const char* name : {"a_1.xyz", "a_2.xyz", "b_1.xyz"}) directory.file(name, "1 2 3\n4 5 6\n");
+  REQUIRE(call(directory, "scan_info", "'a_?.xyz' --json r.json").status == 0);
+  const auto scans = nlohmann::json::parse(bytes_of(directory / "r.json"))["scans"];
+  REQUIRE(scans.size() == 2);
+  CHECK(scans[0]["path"] == "a_1.xyz");
+  CHECK(scans[0]["classes"].is_null());
+  const run none = call(directory, "scan_info", "'c*.xyz' a_1.xyz");
+  CHECK(none.status == 2);
+  CHECK_THAT(none.complaint, Contains("c*.xyz: matches no file"));
+}
+
 TEST_CASE("unreadable input ends in status 2, names the file and leaves old results alone") {
   const temporary_directory directory;
   directory.file("good.csv", stem_csv(0, 0));

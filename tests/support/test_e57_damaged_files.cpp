@@ -14,13 +14,23 @@ namespace globalmatch::support {
 
 namespace {
 
+std::size_t count_scans_of(const std::filesystem::path& path) {
+  input_file file(path);
+  return count_e57_scans(file);
+}
+
+opened_scan open_e57_file(const std::filesystem::path& path, std::size_t number) {
+  input_file file(path);
+  return open_e57(file, number, {});
+}
+
 /// Reads all scans; true if there were any, or a `file_error`.
 bool is_answered(const std::filesystem::path& path) {
   std::size_t scans = 0, points_read = 0;
   const std::string error = error_of([&] {
-    scans = count_e57_scans(path);
+    scans = count_scans_of(path);
     for (std::size_t number = 1; number <= scans; ++number) {
-      const opened_scan scan = open_e57(path, number, {});
+      const opened_scan scan = open_e57_file(path, number);
       points all(scan.points->size());
       scan.points->read(0, all);
       points_read += all.size();
@@ -67,7 +77,7 @@ TEST_CASE("an E57 file of any shorter length is refused") {
   const std::string whole = small_file();
   for (std::size_t size = 0; size < whole.size(); ++size) {
     const auto path = directory.file("a.e57", whole.substr(0, size));
-    CHECK_FALSE(error_of([&] { count_e57_scans(path); }).empty());
+    CHECK_FALSE(error_of([&] { count_scans_of(path); }).empty());
   }
 }
 
@@ -96,7 +106,7 @@ TEST_CASE("deeply nested elements of an E57 description do not exhaust the stack
   scan.fields[2].declaration += "/>" + nested + "<b type=\"Integer\"";  // within the prototype
   scan.pose = nested;
   const auto path = directory.file("a.e57", e57_file({scan}));
-  CHECK(error_of([&] { open_e57(path, 1, {}); }).find("other fields") != std::string::npos);
+  CHECK(error_of([&] { open_e57_file(path, 1); }).find("other fields") != std::string::npos);
 }
 
 // The npm package web-e57, whose XYZ has all digits. It applies poses, which `open_e57` does not.
@@ -137,7 +147,7 @@ process.stdout.write(glue.convertE57(new Uint8Array(readFileSync(file)), "XYZ"))
     const bool has_pose = trial % 2 == 1;
     if (has_pose) scan.pose = e57_pose(Eigen::Quaterniond(0.8, 0, 0, 0.6), {10, 20, 30});
     const auto path = directory.file("a.e57", e57_file({scan}));
-    const opened_scan opened = open_e57(path, 1, {});
+    const opened_scan opened = open_e57_file(path, 1);
     points read(opened.points->size());
     opened.points->read(0, read);
 

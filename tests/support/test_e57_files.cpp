@@ -12,6 +12,16 @@ namespace globalmatch::support {
 
 namespace {
 
+std::size_t count_scans_of(const std::filesystem::path& path) {
+  input_file file(path);
+  return count_e57_scans(file);
+}
+
+opened_scan open_e57_file(const std::filesystem::path& path, std::size_t number) {
+  input_file file(path);
+  return open_e57(file, number, {});
+}
+
 points read_points(const point_source& source) {
   points all(source.size());
   source.read(0, all);
@@ -19,7 +29,7 @@ points read_points(const point_source& source) {
 }
 
 points read_e57(const std::filesystem::path& path) {
-  return read_points(*open_e57(path, 1, {}).points);
+  return read_points(*open_e57_file(path, 1).points);
 }
 
 std::vector<std::int64_t> random_integers(std::mt19937& random, std::size_t count, std::int64_t minimum,
@@ -64,8 +74,8 @@ TEST_CASE("an E57 scan is read whatever packets cut its fields") {
   points expected;
   const auto path = directory.file("a.e57", e57_file({mixed_scan(3000, bytes_per_packet, expected)}));
   CHECK(looks_like_e57(bytes_of(path)));
-  CHECK(count_e57_scans(path) == 1);
-  const opened_scan scan = open_e57(path, 1, {});
+  CHECK(count_scans_of(path) == 1);
+  const opened_scan scan = open_e57_file(path, 1);
   CHECK(read_points(*scan.points) == expected);
   CHECK(scan.header.format == "E57 1.0");
   CHECK(scan.header.attributes == std::vector<std::string>{"intensity", "colorRed"});
@@ -76,7 +86,7 @@ TEST_CASE("any part of an E57 scan is the same as within the whole") {
   const temporary_directory directory;
   points expected;
   const auto path = directory.file("a.e57", e57_file({mixed_scan(20'000, 501, expected)}));
-  const opened_scan scan = open_e57(path, 1, {});
+  const opened_scan scan = open_e57_file(path, 1);
   for (const auto& [first, count] :
        {std::pair{0, 1}, {1, 1}, {7, 9}, {19'999, 1}, {8191, 2}, {3, 10'000}, {0, 0}}) {
     points part(static_cast<std::size_t>(count));
@@ -131,18 +141,18 @@ TEST_CASE("each scan of an E57 file has its points, its pose and its number") {
   written_scan empty{
       {float_field("cartesianX", {}), float_field("cartesianY", {}), float_field("cartesianZ", {})}};
   const auto path = directory.file("a.e57", e57_file({first, second, third, empty}));
-  REQUIRE(count_e57_scans(path) == 4);
-  CHECK(read_points(*open_e57(path, 1, {}).points) == points{{1, 3, 5}, {2, 4, 6}});
-  const opened_scan scan = open_e57(path, 2, {});
+  REQUIRE(count_scans_of(path) == 4);
+  CHECK(read_points(*open_e57_file(path, 1).points) == points{{1, 3, 5}, {2, 4, 6}});
+  const opened_scan scan = open_e57_file(path, 2);
   CHECK(read_points(*scan.points) == points{{7, 8, 9}});
   CHECK(scan.header.format == "E57 1.0, scan 2 of 4");
   REQUIRE(scan.header.pose);
   CHECK(scan.header.pose->isApprox(Eigen::Translation3d(100, -20, 3.25) * turn, 1e-12));
-  CHECK_FALSE(open_e57(path, 3, {}).header.pose);
-  CHECK(open_e57(path, 4, {}).points->size() == 0);
+  CHECK_FALSE(open_e57_file(path, 3).header.pose);
+  CHECK(open_e57_file(path, 4).points->size() == 0);
   for (const std::size_t number : {0u, 5u})
     require_error(
-        path, [&](const auto& p) { open_e57(p, number, {}); },
+        path, [&](const auto& p) { open_e57_file(p, number); },
         "holds 4 scans, and no scan " + std::to_string(number), "counted from 1");
 }
 

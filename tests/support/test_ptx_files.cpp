@@ -15,6 +15,16 @@ const std::string second_scan =
     "1\n3\n10 20 30\n0 1 0\n-1 0 0\n0 0 1\n0 1 0 0\n-1 0 0 0\n0 0 1 0\n10 20 30 1\n"
     "7 8 9 0.1 10 20 30\n1 2 3 0.2 10 20 30\n0 0 0 0 0 0 0\n";
 
+std::size_t count_scans_of(const std::filesystem::path& path) {
+  input_file file(path);
+  return count_ptx_scans(file);
+}
+
+opened_scan open_ptx_file(const std::filesystem::path& path, std::size_t number) {
+  input_file file(path);
+  return open_ptx(file, number, {});
+}
+
 points read_points(const point_source& source) {
   points all(source.size());
   source.read(0, all);
@@ -22,7 +32,7 @@ points read_points(const point_source& source) {
 }
 
 points read_first(const std::filesystem::path& path) {
-  return read_points(*open_ptx(path, 1, {}).points);
+  return read_points(*open_ptx_file(path, 1).points);
 }
 
 }  // namespace
@@ -38,25 +48,25 @@ TEST_CASE("the header of a PTX file tells it from other text") {
 TEST_CASE("each scan of a PTX file is read without its empty returns") {
   const temporary_directory directory;
   const auto path = directory.file("a.ptx", first_scan + second_scan + "\n" + first_scan);
-  REQUIRE(count_ptx_scans(path) == 3);
+  REQUIRE(count_scans_of(path) == 3);
   const points of_first = {{1.5, -2, 3}, {4, 5.25, -6}};
-  const opened_scan first = open_ptx(path, 1, {}), second = open_ptx(path, 2, {});
+  const opened_scan first = open_ptx_file(path, 1), second = open_ptx_file(path, 2);
   CHECK(read_points(*first.points) == of_first);
   CHECK(first.header.format == "PTX, scan 1 of 3");
   CHECK(first.header.attributes == std::vector<std::string>{"intensity"});
   CHECK(read_points(*second.points) == points{{7, 8, 9}, {1, 2, 3}});
   CHECK(second.header.attributes == std::vector<std::string>{"intensity", "red", "green", "blue"});
-  CHECK(read_points(*open_ptx(path, 3, {}).points) == of_first);
+  CHECK(read_points(*open_ptx_file(path, 3).points) == of_first);
   for (const std::size_t number : {0u, 4u})
     require_error(
-        path, [&](const auto& p) { open_ptx(p, number, {}); },
+        path, [&](const auto& p) { open_ptx_file(p, number); },
         "holds 3 scans, and no scan " + std::to_string(number), "counted from 1");
-  CHECK(open_ptx(directory.file("b.ptx", first_scan), 1, {}).header.format == "PTX");
+  CHECK(open_ptx_file(directory.file("b.ptx", first_scan), 1).header.format == "PTX");
 }
 
 TEST_CASE("the pose of a PTX scan takes its points to the survey: its matrix is written transposed") {
   const temporary_directory directory;
-  const opened_scan scan = open_ptx(directory.file("a.ptx", second_scan), 1, {});
+  const opened_scan scan = open_ptx_file(directory.file("a.ptx", second_scan), 1);
   REQUIRE(scan.header.pose);
   CHECK((*scan.header.pose * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(10, 21, 30)));
   CHECK((*scan.header.pose * Eigen::Vector3d(0, 2, 1)).isApprox(Eigen::Vector3d(8, 20, 31)));
@@ -67,7 +77,7 @@ TEST_CASE("a PTX matrix that is not rigid is no pose") {
   for (const std::string row : {"0 0 2 0", "0 0 -1 0", "0 0 0 0", "0 0 1 5", "0 0 nan 0", "0.5 0 1 0"}) {
     std::string bytes = first_scan;
     bytes.replace(bytes.find("0 0 1 0"), 7, row);
-    const opened_scan scan = open_ptx(directory.file("a.ptx", bytes), 1, {});
+    const opened_scan scan = open_ptx_file(directory.file("a.ptx", bytes), 1);
     INFO(row);
     CHECK_FALSE(scan.header.pose);
     CHECK(scan.points->size() == 2);
@@ -95,8 +105,8 @@ TEST_CASE("a PTX file with any byte changed, or cut anywhere, is refused or read
     const auto path = directory.file("a.ptx", bytes);
     std::size_t read = 0;
     const std::string error = error_of([&] {
-      for (std::size_t number = 1, count = count_ptx_scans(path); number <= count; ++number)
-        read += read_points(*open_ptx(path, number, {}).points).size();
+      for (std::size_t number = 1, count = count_scans_of(path); number <= count; ++number)
+        read += read_points(*open_ptx_file(path, number).points).size();
     });
     return !error.empty() || read <= bytes.size();
   };

@@ -71,6 +71,23 @@ TEST_CASE("a scan is known under several names, and results are named by all of 
   CHECK(name_of(directory.path() / "") == directory.path().filename());
 }
 
+TEST_CASE("a pattern stands for the files that it matches, by name, and one that matches none is refused") {
+  const temporary_directory directory;
+  for (const char* name : {"scan_2.ply", "scan_1.ply", "scan_10.ply", ".scan_3.ply", "other.ply"})
+    write_ply(directory / name, points{{1, 2, 3}});
+  const auto found = [&](std::string_view pattern) { return find_scans({directory / pattern}); };
+  CHECK(found("scan_?.ply") == std::vector{directory / "scan_1.ply", directory / "scan_2.ply"});
+  CHECK(found("s*1*.ply") == std::vector{directory / "scan_1.ply", directory / "scan_10.ply"});
+  CHECK(found("scan_?.ply#1").front() == directory / "scan_1.ply#1");
+  CHECK(found("../" + directory.path().filename().string() + "/o*").size() == 1);
+  const auto find = [](const std::filesystem::path& path) { find_scans({path}); };
+  require_error(directory / "*.las", find, "matches no file", "Check");
+  require_error(directory / "no*/a.ply", find, "matches no file", "Check");
+  write_ply(directory / "a*.ply", points{{1, 2, 3}});
+  write_ply(directory / "ab.ply", points{{1, 2, 3}});
+  CHECK(found("a*.ply") == std::vector{directory / "a*.ply"});
+}
+
 TEST_CASE("tiles of one scan are passed one after the other") {
   const temporary_directory directory;
   points expected;

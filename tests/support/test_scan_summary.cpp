@@ -1,5 +1,6 @@
 #include "support/scan_summary.hpp"
 
+#include <cstring>
 #include <limits>
 #include <numbers>
 
@@ -22,6 +23,23 @@ TEST_CASE("a summary counts points with coordinates, and tells their extent and 
   CHECK(summary.extent.max() == Eigen::Vector3d(149.5, 149.5, 1));
   REQUIRE(summary.density);
   for (const double density : *summary.density) CHECK(density == Approx(4).epsilon(0.1));
+}
+
+TEST_CASE("a summary is the same for any number of threads") {
+  const temporary_directory directory;
+  points written;
+  for (int i = 0; i < 300'000; ++i)
+    written.emplace_back(i % 631 - 300.5, i % 467 - 200.25, i % 2 == 0 ? 0.0 : -0.0);
+  write_ply(directory / "a.ply", written);
+  const scan_file scan = open_scan(directory / "a.ply");
+  const scan_summary one = summarise(scan, {}, {.threads = 1});
+  CHECK(one.points == written.size());
+  for (const int threads : {2, 3, 8}) {
+    const scan_summary other = summarise(scan, {}, {.threads = threads});
+    CHECK(other.points == one.points);
+    CHECK(other.density == one.density);
+    CHECK(std::memcmp(&other.extent, &one.extent, sizeof(one.extent)) == 0);
+  }
 }
 
 TEST_CASE("a scan without points has an empty extent and no density") {
