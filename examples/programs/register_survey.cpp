@@ -12,7 +12,6 @@
 #include "support/transform_files.hpp"
 
 #include <algorithm>
-#include <fstream>
 #include <iostream>
 #include <optional>
 #include <vector>
@@ -57,44 +56,16 @@ struct survey_work {
   }
 };
 
-/// The reference that an earlier run recorded, so that scans that are added do not move the frame.
-std::string recorded_reference(const fs::path& report) {
-  std::ifstream in(report);
-  const auto earlier = nlohmann::ordered_json::parse(in, nullptr, false);
-  return earlier.is_object() && earlier.contains("reference") && earlier["reference"].is_string()
-             ? earlier["reference"].get<std::string>()
-             : "";
-}
-
 std::optional<std::size_t> index_of(const std::vector<std::string>& names, const std::string& name) {
   const auto found = std::find(names.begin(), names.end(), name);
   if (found == names.end()) return std::nullopt;
   return std::size_t(found - names.begin());
 }
 
-/// The scan whose pose is the identity: of the component of most scans.
-std::string reference_of(const survey& result, const std::vector<std::string>& names) {
-  for (std::size_t i = 0; i < names.size(); ++i)
-    if (result.scans[i].component == 0 && result.scans[i].survey_from_scan.matrix().isIdentity(0))
-      return names[i];
-  return "";
-}
-
-/// Names the scans that were not placed on standard error; whether all were, in one frame.
-bool report_unplaced(const survey_work& work, const survey& result) {
-  bool all_placed = result.components == 1;
-  for (const support::survey_row& row : work.rows) {
-    if (row.status == "placed") continue;
-    all_placed = false;
-    std::cerr << row.name << ": " << row.status << (row.reason.empty() ? "" : ", ") << row.reason << '\n';
-  }
-  return all_placed;
-}
-
 /// Registers, writes all results, and returns the exit status.
 int register_and_write(survey_work& work, const fs::path& out_dir, const std::optional<fixed_scan>& fixed,
                        support::stage_clock& clock, const execution& exec) {
-  survey_options options{{}, index_of(work.names, recorded_reference(out_dir / "survey.json"))};
+  survey_options options{{}, index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
   if (fixed) {
     options.reference = index_of(work.names, fixed->name);
     if (!options.reference)
@@ -103,19 +74,15 @@ int register_and_write(survey_work& work, const fs::path& out_dir, const std::op
   survey result = register_survey(work.maps, options, exec);
   clock.leave();
   const std::string reference =
-      options.reference ? work.names[*options.reference] : reference_of(result, work.names);
+      options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
   if (fixed)
     support::transform_survey(result, result.scans[*options.reference].component, fixed->survey_from_scan);
-  for (support::survey_row& row : work.rows)
-    if (row.scan) {
-      row.status = to_string(result.scans[*row.scan].status);
-      row.reason = result.scans[*row.scan].reason;
-    }
+  support::fill_statuses(work.rows, result);
   auto report = support::describe(work.rows, result);
   report["reference"] = reference;
   report["stages"] = clock.stages();
   support::write_survey(out_dir, work.rows, work.names, result, report);
-  const bool all_placed = report_unplaced(work, result);
+  const bool all_placed = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
   if (work.maps.empty()) return support::unusable_input;
   return all_placed ? support::done : support::no_registration;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <iostream>
 #include <numbers>
 #include <ostream>
 
@@ -140,6 +142,39 @@ void write_survey(const fs::path& folder, const std::vector<survey_row>& rows,
   write_trees(folder / "trees.csv", names, result);
   write_json(folder / "survey.json", report);
   write_poses(folder / "poses.csv", rows, result);
+}
+
+std::string recorded_reference(const fs::path& report) {
+  std::ifstream in(report);
+  const auto earlier = nlohmann::ordered_json::parse(in, nullptr, false);
+  return earlier.is_object() && earlier.contains("reference") && earlier["reference"].is_string()
+             ? earlier["reference"].get<std::string>()
+             : "";
+}
+
+std::string reference_of(const survey& result, const std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (result.scans[i].component == 0 && result.scans[i].survey_from_scan.matrix().isIdentity(0))
+      return names[i];
+  return "";
+}
+
+void fill_statuses(std::vector<survey_row>& rows, const survey& result) {
+  for (survey_row& row : rows) {
+    if (!row.scan) continue;
+    row.status = to_string(result.scans[*row.scan].status);
+    row.reason = result.scans[*row.scan].reason;
+  }
+}
+
+bool report_unplaced(const std::vector<survey_row>& rows, const survey& result) {
+  bool all_placed = result.components == 1;
+  for (const survey_row& row : rows) {
+    if (row.status == "placed") continue;
+    all_placed = false;
+    std::cerr << row.name << ": " << row.status << (row.reason.empty() ? "" : ", ") << row.reason << '\n';
+  }
+  return all_placed;
 }
 
 std::string summary(const std::vector<survey_row>& rows, const survey& result) {

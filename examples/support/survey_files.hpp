@@ -45,6 +45,19 @@ void write_survey(const std::filesystem::path& folder, const std::vector<survey_
                   const std::vector<std::string>& names, const survey& result,
                   const nlohmann::ordered_json& report);
 
+/// The reference that an earlier run recorded in its `survey.json`, so that scans that are added do not move
+/// the frame; empty where there is none.
+std::string recorded_reference(const std::filesystem::path& report);
+
+/// The scan whose pose is the identity, of the component of most scans; empty where none was placed.
+std::string reference_of(const survey& result, const std::vector<std::string>& names);
+
+/// Status and reason of the inputs that are scans of the survey.
+void fill_statuses(std::vector<survey_row>& rows, const survey& result);
+
+/// Names the inputs that were not placed on standard error; whether all were, in one frame.
+bool report_unplaced(const std::vector<survey_row>& rows, const survey& result);
+
 /// One line for people.
 std::string summary(const std::vector<survey_row>& rows, const survey& result);
 

@@ -52,9 +52,10 @@ fs::path common_folder(const std::vector<fs::path>& paths) {
 
 /// Below a folder, without extension.
 std::string name_below(const fs::path& path, const fs::path& folder) {
+  fs::path below = fs::weakly_canonical(path).lexically_relative(folder);
+  below.replace_extension();
   std::string name;
-  for (const fs::path& part : fs::weakly_canonical(path).lexically_relative(folder).replace_extension())
-    name += (name.empty() ? "" : "__") + part.string();
+  for (const fs::path& part : below) name += (name.empty() ? "" : "__") + part.string();
   return name;
 }
 

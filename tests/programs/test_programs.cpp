@@ -2,7 +2,6 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
-#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 #include <string>
@@ -10,6 +9,7 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "programs/program_run.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
@@ -19,24 +19,6 @@ namespace globalmatch::support {
 using namespace detail;
 
 namespace {
-
-struct run {
-  int status;
-  std::string complaint;  ///< what it said on standard error
-};
-
-run call(const temporary_directory& directory, const std::string& program, const std::string& arguments) {
-  const std::string log = (directory / "stderr.log").string();
-  const std::string command = "cd \"" + directory.path().string() + "\" && \"" GLOBALMATCH_PROGRAMS "/" +
-                              program + "\" " + arguments + " > stdout.log 2> \"" + log + "\"";
-  const int raw = std::system(command.c_str());
-#ifdef WEXITSTATUS
-  const int status = WIFEXITED(raw) ? WEXITSTATUS(raw) : -1;
-#else
-  const int status = raw;
-#endif
-  return {status, bytes_of(log)};
-}
 
 /// Twelve stems without symmetry, and the same seen from a scanner 3 m further and turned.
 std::string stem_csv(double yaw, double shift) {

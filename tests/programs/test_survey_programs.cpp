@@ -1,0 +1,182 @@
+// The contract of register_survey: statuses, files, what is kept and what is not done again.
+#include <Eigen/Geometry>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "catch.hpp"
+#include "globalmatch/detail/core/random.hpp"
+#include "programs/program_run.hpp"
+#include "support/stem_files.hpp"
+#include "support/transform_files.hpp"
+
+namespace globalmatch::support {
+
+using namespace detail;
+using Catch::Matchers::Contains;
+
+namespace {
+
+/// A stand, and what is seen of it within 25 m of a place, in a frame that is turned and begins there.
+std::vector<stem_record> stand(std::uint64_t seed) {
+  random_source random(seed);
+  std::vector<stem_record> stems;
+  for (int i = 0; i < 400; ++i)
+    stems.push_back(
+        {70 * random.uniform(), 70 * random.uniform(), random.normal(), 0.1 + 0.1 * random.uniform()});
+  return stems;
+}
+
+Eigen::Isometry3d pose_at(double x, double y, double yaw) {
+  return Eigen::Translation3d(x, y, 0.1 * x) * Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+}
+
+void write_seen(const std::filesystem::path& file, const std::vector<stem_record>& stems,
+                const Eigen::Isometry3d& stand_from_scan, std::uint64_t seed) {
+  random_source random(seed);
+  std::vector<stem_record> seen;
+  for (const stem_record& s : stems) {
+    const Eigen::Vector3d p = stand_from_scan.inverse() * Eigen::Vector3d(s.x, s.y, s.z);
+    if (p.head<2>().norm() > 25 || random.uniform() < 0.2) continue;
+    seen.push_back({p.x() + 0.01 * random.normal(), p.y() + 0.01 * random.normal(), p.z(), s.radius});
+  }
+  write_stems(file, seen);
+}
+
+/// Three maps of one stand, in three frames.
+std::vector<Eigen::Isometry3d> write_three(const temporary_directory& directory) {
+  const auto stems = stand(1);
+  const std::vector<Eigen::Isometry3d> poses = {pose_at(25, 25, 0.3), pose_at(40, 30, 2),
+                                                pose_at(35, 45, -1)};
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    write_seen(directory / ("s" + std::to_string(i + 1) + ".csv"), stems, poses[i], i + 10);
+  return poses;
+}
+
+/// Lines of a file.
+std::vector<std::string> lines_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+std::string row_of(const std::filesystem::path& poses, const std::string& name) {
+  for (const std::string& line : lines_of(poses))
+    if (line.rfind(name + ",", 0) == 0) return line;
+  return "";
+}
+
+}  // namespace
+
+TEST_CASE("register_survey places stem maps, and writes poses, matrices, links and trees") {
+  const temporary_directory directory;
+  const auto poses = write_three(directory);
+  REQUIRE(call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir out").status == 0);
+  const auto report = nlohmann::json::parse(bytes_of(directory / "out/survey.json"));
+  CHECK(report["components"] == 1);
+  const auto reference = report["reference"].get<std::string>();
+  const auto truth = [&](const std::string& name) { return poses[std::size_t(name[1] - '1')]; };
+  for (const std::string name : {"s1", "s2", "s3"}) {
+    const Eigen::Isometry3d found = read_transform(directory / ("out/T_" + name + ".txt"));
+    CHECK((found.translation() - (truth(reference).inverse() * truth(name)).translation()).norm() < 0.03);
+    CHECK_THAT(row_of(directory / "out/poses.csv", name), Contains(name + ",placed,0,"));
+  }
+  CHECK(lines_of(directory / "out/links.csv").size() == 4);
+  const auto trees = read_stems(directory / "out/trees.csv");
+  CHECK(trees.stems.size() > 150);
+  CHECK(trees.has_heights);
+}
+
+TEST_CASE("register_survey gives the same bytes whatever the order of its inputs and the number of threads") {
+  const temporary_directory directory;
+  write_three(directory);
+  REQUIRE(
+      call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir a --threads 1").status ==
+      0);
+  REQUIRE(
+      call(directory, "register_survey", "--stem-maps s3.csv s1.csv s2.csv s1.csv --out-dir b --threads 4")
+          .status == 0);
+  for (const char* file : {"poses.csv", "links.csv", "trees.csv", "T_s1.txt", "T_s2.txt", "T_s3.txt"}) {
+    CAPTURE(file);
+    CHECK(bytes_of(directory.path() / "a" / file) == bytes_of(directory.path() / "b" / file));
+  }
+}
+
+TEST_CASE("register_survey keeps the reference of an earlier run, and the pose of a fixed scan") {
+  const temporary_directory directory;
+  const auto poses = write_three(directory);
+  REQUIRE(call(directory, "register_survey", "--stem-maps s2.csv s3.csv --out-dir out").status == 0);
+  const auto before = nlohmann::json::parse(bytes_of(directory / "out/survey.json"))["reference"];
+  REQUIRE(call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir out").status == 0);
+  CHECK(nlohmann::json::parse(bytes_of(directory / "out/survey.json"))["reference"] == before);
+  write_transform(directory / "F.txt", poses[0]);
+  REQUIRE(call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir out --fix s1=F.txt")
+              .status == 0);
+  CHECK(read_transform(directory / "out/T_s1.txt").isApprox(poses[0], 1e-9));
+  CHECK((read_transform(directory / "out/T_s3.txt").translation() - poses[2].translation()).norm() < 0.03);
+}
+
+TEST_CASE("register_survey names what it cannot place, and does the rest") {
+  const temporary_directory directory;
+  write_three(directory);
+  std::filesystem::copy_file(directory / "s1.csv", directory / "copy.csv");
+  write_seen(directory / "alien.csv", stand(2), pose_at(30, 30, 1), 5);
+  directory.file("few.csv", "x,y,z\n1,2,0\n3,4,0\n");
+  directory.file("none.csv", "x,y,z\n");
+  directory.file("bad.csv", "not,a,map\n1,2,3\n");
+  std::filesystem::create_directory(directory / "out");
+  directory.file("out/T_bad.txt", "old");
+  const run result = call(directory, "register_survey",
+                          "--stem-maps s1.csv s2.csv s3.csv copy.csv alien.csv few.csv none.csv bad.csv "
+                          "absent.csv --out-dir out");
+  CHECK(result.status == 1);
+  const auto row = [&](const char* name) { return row_of(directory / "out/poses.csv", name); };
+  CHECK_THAT(row("s2"), Contains(",placed,0,"));
+  CHECK_THAT(row("alien"), Contains(",placed_alone,1,"));
+  CHECK_THAT(row("few"), Contains(",unplaced,-1,"));
+  CHECK_THAT(row("none"), Contains(",no_stems,-1,"));
+  CHECK_THAT(row("bad"), Contains(",unreadable,-1,") && Contains("bad.csv"));
+  CHECK_THAT(row("absent"), Contains(",unreadable,-1,"));
+  CHECK_THAT(row("s1"), Contains("same as copy"));
+  CHECK_THAT(result.complaint, Contains("few: unplaced") && Contains("bad: unreadable"));
+  CHECK_FALSE(std::filesystem::exists(directory / "out/T_bad.txt"));
+  CHECK_FALSE(std::filesystem::exists(directory / "out/T_few.txt"));
+}
+
+TEST_CASE("register_survey without anything readable, or with wrong usage, ends in status 2") {
+  const temporary_directory directory;
+  write_three(directory);
+  CHECK(call(directory, "register_survey", "--out-dir out").status == 2);
+  CHECK(call(directory, "register_survey", "--stem-maps absent.csv --out-dir out").status == 2);
+  const run named =
+      call(directory, "register_survey", "--stem-maps s1.csv s2.csv --out-dir out --fix x=F.txt");
+  CHECK(named.status == 2);
+  CHECK_THAT(named.complaint, Contains("F.txt"));
+  CHECK(call(directory, "register_survey", "--stem-maps s1.csv s2.csv --out-dir out --fix s1").status == 2);
+}
+
+#ifdef GLOBALMATCH_HAS_SIMULATOR
+TEST_CASE("register_survey maps scans once, and goes on where a run was stopped") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 0.2 --seed 5").status == 0);
+  REQUIRE(call(directory, "register_survey", "scan_1.ply scan_2.ply --out-dir out --only map").status == 0);
+  CHECK_FALSE(std::filesystem::exists(directory / "out/poses.csv"));
+  const auto kept = bytes_of(directory / "out/maps/scan_1.gmap");
+  std::filesystem::resize_file(directory / "out/maps/scan_2.gmap", 100);  // as if it was cut off
+  REQUIRE(call(directory, "register_survey", ". --out-dir out").status == 0);
+  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("scan_1: ") && Contains("mapped before"));
+  CHECK(bytes_of(directory / "out/maps/scan_1.gmap") == kept);
+  REQUIRE(call(directory, "register_survey", ". --out-dir fresh").status == 0);
+  for (const char* file : {"poses.csv", "trees.csv", "maps/scan_2.gmap"})
+    CHECK(bytes_of(directory.path() / "out" / file) == bytes_of(directory.path() / "fresh" / file));
+  REQUIRE(call(directory, "register_survey", ". --out-dir out --min-quality 0.9").status == 0);
+  CHECK(bytes_of(directory / "out/maps/scan_1.gmap") != kept);
+}
+#endif
+
+}  // namespace globalmatch::support
