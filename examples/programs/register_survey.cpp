@@ -9,6 +9,7 @@
 #include "support/survey_files.hpp"
 #include "support/survey_inputs.hpp"
 #include "support/survey_maps.hpp"
+#include "support/survey_picture.hpp"
 #include "support/transform_files.hpp"
 
 #include <algorithm>
@@ -63,8 +64,9 @@ std::optional<std::size_t> index_of(const std::vector<std::string>& names, const
 }
 
 /// Registers, writes all results, and returns the exit status.
-int register_and_write(survey_work& work, const fs::path& out_dir, const std::optional<fixed_scan>& fixed,
-                       support::stage_clock& clock, const execution& exec) {
+int register_and_write(survey_work& work, const fs::path& out_dir, const fs::path& picture,
+                       const std::optional<fixed_scan>& fixed, support::stage_clock& clock,
+                       const execution& exec) {
   survey_options options{{}, index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
   if (fixed) {
     options.reference = index_of(work.names, fixed->name);
@@ -81,6 +83,7 @@ int register_and_write(survey_work& work, const fs::path& out_dir, const std::op
   auto report = support::describe(work.rows, result);
   report["reference"] = reference;
   report["stages"] = clock.stages();
+  if (!picture.empty()) support::write_survey_picture(picture, work.rows, work.names, result);
   support::write_survey(out_dir, work.rows, work.names, result, report);
   const bool all_placed = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
@@ -93,20 +96,25 @@ int register_and_write(survey_work& work, const fs::path& out_dir, const std::op
 int main(int argc, char** argv) {
   CLI::App app("Registers any number of scans into one frame.", "register_survey");
   std::vector<fs::path> scans, stem_maps;
-  fs::path out_dir;
-  std::string fix, only;
+  fs::path out_dir, picture;
+  std::string fix, only, part;
   support::shared_options options;
   auto* scans_given =
       app.add_option("SCAN", scans, "scans, or folders of them; name#K: scan K of a file of several");
-  app.add_option("--stem-maps", stem_maps, "stem maps (CSV) in place of scans")
-      ->excludes(scans_given)
-      ->type_name("CSV");
+  auto* maps_given = app.add_option("--stem-maps", stem_maps, "stem maps (CSV) in place of scans")
+                         ->excludes(scans_given)
+                         ->type_name("CSV");
   app.add_option("--out-dir", out_dir, "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/")
       ->required()
       ->type_name("DIR");
   app.add_option("--fix", fix, "a scan whose matrix survey_from_scan is known")->type_name("NAME=T.txt");
-  app.add_option("--only", only, "map: map the scans, and register them another time")
-      ->check(CLI::IsMember({"map"}));
+  auto* mapping_only = app.add_option("--only", only, "map: map the scans, and register them another time")
+                           ->check(CLI::IsMember({"map"}));
+  app.add_option("--part", part, "with --only map: every N-th of the scans, to be shared out over machines")
+      ->needs(mapping_only)
+      ->excludes(maps_given)
+      ->type_name("I/N");
+  app.add_option("--report", picture, "drawing of scans, links and trees (SVG)")->type_name("FILE");
   options.add_mapping_to(app);
   options.add_threads_to(app);
 
@@ -115,10 +123,12 @@ int main(int argc, char** argv) {
       throw std::invalid_argument("SCAN: name scans, a folder of them, or --stem-maps");
     const std::optional<fixed_scan> fixed = read_fixed(fix);
     support::make_folder(out_dir);
+    support::require_writable({picture});
     support::stage_clock clock;
     const execution exec = clock.listen(options.threads);
-    const auto inputs =
+    auto inputs =
         support::survey_inputs(scans.empty() ? stem_maps : support::find_scans(scans, options.tiles));
+    if (!part.empty()) inputs = support::part_of(std::move(inputs), part);
     survey_work work;
     if (scans.empty()) {
       for (const support::survey_input& input : inputs) work.add(input, support::read_positions(input));
@@ -126,7 +136,7 @@ int main(int argc, char** argv) {
       const support::survey_mapper mapper(out_dir / "maps", options);
       for (const support::survey_input& input : inputs) work.add(input, mapper.map(input, exec));
     }
-    if (only != "map") return register_and_write(work, out_dir, fixed, clock, exec);
-    return int(work.maps.empty() ? support::unusable_input : support::done);
+    if (only != "map") return register_and_write(work, out_dir, picture, fixed, clock, exec);
+    return int(work.maps.empty() && !inputs.empty() ? support::unusable_input : support::done);
   });
 }

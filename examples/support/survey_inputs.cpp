@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "support/file_error.hpp"
@@ -134,6 +135,17 @@ std::vector<survey_input> survey_inputs(const std::vector<fs::path>& paths) {
     if (!inputs[i].hash.empty() && inputs[i].hash == inputs[i - 1].hash)
       inputs[i].same_as = inputs[i - 1].same_as.value_or(inputs[i - 1].name);
   return inputs;
+}
+
+std::vector<survey_input> part_of(std::vector<survey_input> inputs, const std::string& part) {
+  std::size_t own = 0, parts = 0;
+  char slash = 0;
+  std::istringstream text(part);
+  if (!(text >> own >> slash >> parts) || slash != '/' || !text.eof() || own < 1 || own > parts)
+    throw std::invalid_argument("--part " + part + ": I/N is needed, I from 1 to N");
+  std::vector<survey_input> chosen;
+  for (std::size_t i = own - 1; i < inputs.size(); i += parts) chosen.push_back(std::move(inputs[i]));
+  return chosen;
 }
 
 }  // namespace globalmatch::support

@@ -23,6 +23,9 @@ struct survey_input {
 /// common, with `__` between folders. Throws `file_error` where names agree even so.
 std::vector<survey_input> survey_inputs(const std::vector<std::filesystem::path>& paths);
 
+/// Every N-th input, from the I-th on, of part "I/N". Throws `std::invalid_argument` for what is no part.
+std::vector<survey_input> part_of(std::vector<survey_input> inputs, const std::string& part);
+
 /// Hash of all bytes of a file, 64 bits. Throws `file_error`.
 std::uint64_t content_hash(const std::filesystem::path& file);
 

@@ -76,7 +76,11 @@ std::string row_of(const std::filesystem::path& poses, const std::string& name) 
 TEST_CASE("register_survey places stem maps, and writes poses, matrices, links and trees") {
   const temporary_directory directory;
   const auto poses = write_three(directory);
-  REQUIRE(call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir out").status == 0);
+  REQUIRE(
+      call(directory, "register_survey", "--stem-maps s1.csv s2.csv s3.csv --out-dir out --report plan.svg")
+          .status == 0);
+  CHECK_THAT(bytes_of(directory / "plan.svg"),
+             Contains("3 of 3 scans placed") && Contains(">s2</text>") && Contains("</svg>"));
   const auto report = nlohmann::json::parse(bytes_of(directory / "out/survey.json"));
   CHECK(report["components"] == 1);
   const auto reference = report["reference"].get<std::string>();
@@ -171,6 +175,9 @@ TEST_CASE("register_survey maps scans once, and goes on where a run was stopped"
   REQUIRE(call(directory, "register_survey", ". --out-dir out").status == 0);
   CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("scan_1: ") && Contains("mapped before"));
   CHECK(bytes_of(directory / "out/maps/scan_1.gmap") == kept);
+  for (const char* part : {"2/2", "1/2"})
+    REQUIRE(call(directory, "register_survey", std::string(". --out-dir fresh --only map --part ") + part)
+                .status == 0);
   REQUIRE(call(directory, "register_survey", ". --out-dir fresh").status == 0);
   for (const char* file : {"poses.csv", "trees.csv", "maps/scan_2.gmap"})
     CHECK(bytes_of(directory.path() / "out" / file) == bytes_of(directory.path() / "fresh" / file));

@@ -81,4 +81,21 @@ TEST_CASE("the hash of a content depends on every byte and on its length") {
   CHECK(hash("") != hash(std::string(1, '\0')));
 }
 
+TEST_CASE("the parts of a survey hold each input once, and what is no part is refused") {
+  const temporary_directory directory;
+  std::vector<std::filesystem::path> paths;
+  for (int i = 0; i < 10; ++i) paths.push_back(directory.file(std::to_string(i) + ".ply", std::to_string(i)));
+  std::vector<std::string> names;
+  for (const char* part : {"1/3", "2/3", "3/3"})
+    for (const survey_input& input : part_of(survey_inputs(paths), part)) names.push_back(input.name);
+  std::sort(names.begin(), names.end());
+  CHECK(names == std::vector<std::string>{"0", "1", "2", "3", "4", "5", "6", "7", "8", "9"});
+  CHECK(part_of(survey_inputs(paths), "7/20").size() == 1);
+  CHECK(part_of(survey_inputs(paths), "11/20").empty());
+  for (const char* wrong : {"", "1", "0/3", "4/3", "1/0", "a/b", "1/3x", "-1/3", "1:3"}) {
+    CAPTURE(wrong);
+    CHECK_THROWS_WITH(part_of(survey_inputs(paths), wrong), Catch::Contains("I/N"));
+  }
+}
+
 }  // namespace globalmatch::support

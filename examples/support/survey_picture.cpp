@@ -1,0 +1,134 @@
+#include "support/survey_picture.hpp"
+
+#include <algorithm>
+#include <iomanip>
+#include <ostream>
+#include <sstream>
+#include <string_view>
+
+#include <Eigen/Geometry>
+
+#include "support/atomic_file.hpp"
+#include "support/svg_shapes.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+// Okabe and Ito's colours, which are distinct with any colour vision.
+constexpr std::string_view scan_colour = "#0072B2", good_colour = "#009E73", bad_colour = "#D55E00";
+constexpr std::string_view tree_colour = "#999999", ink = "#222222", pale_ink = "#666666";
+
+// All lengths of the page are in px.
+constexpr double margin = 24, panel_width = 900, panel_top = 96, line_height = 20;
+constexpr double max_panel_height = 1400;
+
+/// From metres of the survey, y up, to the page.
+struct page {
+  Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Ones();
+  double px_per_metre = 1;
+
+  explicit page(const survey& result) {
+    Eigen::AlignedBox2d box;
+    for (const survey::tree& t : result.trees)
+      if (t.component == 0) box.extend(Eigen::Vector2d(t.position.head<2>()));
+    for (const survey::scan& s : result.scans)
+      if (s.component == 0) box.extend(Eigen::Vector2d(s.survey_from_scan.translation().head<2>()));
+    if (box.isEmpty()) return;
+    low = box.min();
+    high = box.max().cwiseMax(low + Eigen::Vector2d::Ones());
+    px_per_metre = std::min(panel_width / (high - low).x(), max_panel_height / (high - low).y());
+  }
+
+  double height() const { return (high - low).y() * px_per_metre; }
+  Eigen::Vector2d operator()(const Eigen::Vector3d& p) const {
+    return {margin + (p.x() - low.x()) * px_per_metre, panel_top + (high.y() - p.y()) * px_per_metre};
+  }
+};
+
+void draw_trees(std::ostream& out, const survey& result, const page& at) {
+  for (const bool several : {false, true}) {
+    begin_filled(out, several ? pale_ink : tree_colour);
+    for (const survey::tree& t : result.trees)
+      if (t.component == 0 && (t.seen.size() > 1) == several)
+        draw_circle(out, at(t.position), several ? 1.6 : 1.0);
+    end_group(out);
+  }
+}
+
+void draw_links(std::ostream& out, const survey& result, const page& at) {
+  constexpr double large = 0.05;  // [m]
+  for (const bool is_good : {true, false}) {
+    begin_hollow(out, is_good ? good_colour : bad_colour, 1.2);
+    for (const survey::link& l : result.links)
+      if (l.used && (l.residual < large) == is_good && result.scans[l.source].component == 0)
+        draw_line(out, at(result.scans[l.source].survey_from_scan.translation()),
+                  at(result.scans[l.target].survey_from_scan.translation()));
+    end_group(out);
+  }
+}
+
+void draw_scans(std::ostream& out, const std::vector<std::string>& names, const survey& result,
+                const page& at) {
+  constexpr std::size_t max_named = 200;  // names of more cover each other
+  begin_filled(out, scan_colour, 1);
+  for (const survey::scan& s : result.scans)
+    if (s.component == 0) draw_circle(out, at(s.survey_from_scan.translation()), 5);
+  end_group(out);
+  for (std::size_t i = 0; i < names.size() && names.size() <= max_named; ++i)
+    if (result.scans[i].component == 0) {
+      const Eigen::Vector2d place = at(result.scans[i].survey_from_scan.translation());
+      draw_text(out, place.x() + 7, place.y() - 5, names[i], {.size = 11, .colour = ink});
+    }
+}
+
+/// What is not in the drawing, and why.
+std::vector<std::string> lines_of_others(const std::vector<survey_row>& rows, const survey& result) {
+  constexpr std::size_t width = 130, max_lines = 100;
+  std::vector<std::string> lines;
+  for (const survey_row& row : rows) {
+    if (row.scan && result.scans[*row.scan].component == 0) continue;
+    std::string text = row.name + ": " + row.status;
+    if (row.scan && result.scans[*row.scan].component > 0)
+      text += " in component " + std::to_string(result.scans[*row.scan].component);
+    if (!row.reason.empty()) text += ", " + row.reason;
+    for (const std::string& line : wrapped(text, width)) lines.push_back(line);
+  }
+  if (lines.size() > max_lines) {
+    lines.resize(max_lines);
+    lines.push_back("... and others: see poses.csv");
+  }
+  return lines;
+}
+
+}  // namespace
+
+void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
+                          const std::vector<std::string>& names, const survey& result) {
+  const page at(result);
+  const std::vector<std::string> others = lines_of_others(rows, result);
+  const double below = panel_top + at.height() + 2 * line_height;
+  atomic_file file(path);
+  std::ostream& out = file.stream();
+  out << std::fixed << std::setprecision(1);
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << panel_width + 2 * margin << "\" height=\""
+      << below + line_height * double(others.size() + 1) << "\" font-family=\"sans-serif\">\n"
+      << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  draw_text(out, margin, 36, summary(rows, result), {.size = 20, .weight = "bold"});
+  draw_text(out, margin, 60,
+            "scans (blue), links in use (green; orange: more than 5 cm from the adjusted poses), trees",
+            {.colour = pale_ink});
+  std::ostringstream scale;
+  scale << std::fixed << std::setprecision(0) << (at.high - at.low).x() << " m by " << (at.high - at.low).y()
+        << " m";
+  draw_text(out, margin, 80, scale.str(), {.colour = pale_ink});
+  draw_trees(out, result, at);
+  draw_links(out, result, at);
+  draw_scans(out, names, result, at);
+  for (std::size_t i = 0; i < others.size(); ++i)
+    draw_text(out, margin, below + line_height * double(i), others[i], {.size = 12});
+  out << "</svg>\n";
+  file.commit();
+}
+
+}  // namespace globalmatch::support
