@@ -119,7 +119,8 @@ std::uint64_t chunk_decoder::size_of(std::uint64_t offset, std::uint64_t count) 
   fail_damaged(file_);
 }
 
-void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks) {
+template <class Decode>
+void chunk_decoders::with_decoder(const Decode& decode) {
   std::unique_ptr<chunk_decoder> decoder;
   {
     const std::scoped_lock lock(mutex_);
@@ -129,9 +130,17 @@ void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std
     }
   }
   if (!decoder) decoder = std::make_unique<chunk_decoder>(file_, layout_);
-  decoder->decode(chunk, points, marks);
+  decode(*decoder);
   const std::scoped_lock lock(mutex_);
   idle_.push_back(std::move(decoder));
+}
+
+void chunk_decoders::decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks) {
+  with_decoder([&](chunk_decoder& decoder) { decoder.decode(chunk, points, marks); });
+}
+
+void chunk_decoders::decode_records(const chunk& chunk, std::span<char> records) {
+  with_decoder([&](chunk_decoder& decoder) { decoder.decode_records(chunk, records); });
 }
 
 }  // namespace globalmatch::support::laz

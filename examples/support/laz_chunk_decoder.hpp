@@ -48,8 +48,12 @@ class chunk_decoders {
   chunk_decoders(const file_bytes& file, const record_layout& layout) : file_(file), layout_(layout) {}
 
   void decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks);
+  void decode_records(const chunk& chunk, std::span<char> records);
 
  private:
+  template <class Decode>
+  void with_decoder(const Decode& decode);
+
   const file_bytes& file_;
   record_layout layout_;
   std::mutex mutex_;

@@ -229,10 +229,12 @@ std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& he
     if (const int axis = axis_of(property); axis >= 0) {
       layout.offsets[std::size_t(axis)] = layout.size;
       layout.types[std::size_t(axis)] = property.type;
+    } else {
+      layout.fields.push_back({{property.name, property.type}, layout.size});
     }
     layout.size += size_of(property.type);
   }
-  return std::make_unique<point_records>(file_bytes(file.path()), layout);
+  return std::make_unique<point_records>(file_bytes(file.path()), std::move(layout));
 }
 
 std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header) {

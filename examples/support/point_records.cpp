@@ -30,17 +30,28 @@ void decode_each(const char* record, const record_layout& layout, std::span<Eige
 
 }  // namespace
 
-point_records::point_records(file_bytes file, const record_layout& layout)
-    : file_(std::move(file)), layout_(layout) {
-  if (layout.begin > file_.size() ||
-      (layout.size > 0 && layout.count > (file_.size() - layout.begin) / layout.size))
+point_records::point_records(file_bytes file, record_layout layout)
+    : file_(std::move(file)), layout_(std::move(layout)) {
+  if (layout_.begin > file_.size() ||
+      (layout_.size > 0 && layout_.count > (file_.size() - layout_.begin) / layout_.size))
     file_.fail_truncated();
 }
 
-void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
-  const std::size_t bytes = points.size() * layout_.size;
-  const auto records = std::make_unique_for_overwrite<char[]>(bytes);
+std::unique_ptr<char[]> point_records::read_records(std::size_t first, std::size_t count) const {
+  const std::size_t bytes = count * layout_.size;
+  auto records = std::make_unique_for_overwrite<char[]>(bytes);
   file_.read(layout_.begin + std::uint64_t(first) * layout_.size, {records.get(), bytes});
+  return records;
+}
+
+void point_records::read_attributes(std::size_t first, std::size_t count,
+                                    std::span<attribute_column> columns) const {
+  const auto records = read_records(first, count);
+  gather({records.get(), layout_.size, count, layout_.order}, layout_.fields, columns);
+}
+
+void point_records::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
+  const auto records = read_records(first, points.size());
   if (layout_.types[1] == layout_.types[0] && layout_.types[2] == layout_.types[0])
     visit_type(layout_.types[0], [&]<class T>(T) {
       layout_.order == std::endian::little ? decode_as<T, std::endian::little>(records.get(), layout_, points)

@@ -5,9 +5,12 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <vector>
 
 #include "support/file_bytes.hpp"
 #include "support/point_source.hpp"
+#include "support/record_fields.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support {
@@ -20,18 +23,24 @@ struct record_layout {
   std::array<std::size_t, 3> offsets = {};  ///< [bytes] in a record
   std::array<scalar, 3> types = {};
   std::endian order = std::endian::little;
+  std::vector<record_field> fields = {};  ///< attributes
 };
 
 /// Points that are read from the file whenever they are asked for.
 class point_records final : public point_source {
  public:
   /// Throws `file_error` when the file ends before the last record.
-  point_records(file_bytes file, const record_layout& layout);
+  point_records(file_bytes file, record_layout layout);
 
   std::size_t size() const override { return layout_.count; }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
+  std::vector<attribute> attributes() const override { return attributes_of(layout_.fields); }
+  void read_attributes(std::size_t first, std::size_t count,
+                       std::span<attribute_column> columns) const override;
 
  private:
+  std::unique_ptr<char[]> read_records(std::size_t first, std::size_t count) const;
+
   file_bytes file_;
   record_layout layout_;
 };
