@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
@@ -53,6 +54,22 @@ void unpack(const e57_field& field, const char* bytes, unsigned bit, std::span<d
     unpack_integers(field, bytes, bit, values);
 }
 
+// The smallest type that holds all values of a field.
+scalar storage_of(const e57_field& field) {
+  if (field.type == e57_field::number::float32) return scalar::float32;
+  if (field.type == e57_field::number::float64 || field.scale != 1 || field.offset != 0)
+    return scalar::float64;
+  const auto min = static_cast<double>(field.minimum), max = min + std::ldexp(1.0, int(field.bits)) - 1;
+  for (const scalar type :
+       {scalar::uint8, scalar::int8, scalar::uint16, scalar::int16, scalar::uint32, scalar::int32})
+    if (visit_type(type, [&]<class T>(T) {
+          using limits = std::numeric_limits<T>;
+          return min >= double(limits::min()) && max <= double(limits::max());
+        }))
+      return type;
+  return scalar::int64;
+}
+
 Eigen::Vector3d from_spherical(double range, double azimuth, double elevation) {
   const double horizontal = range * std::cos(elevation);
   return {horizontal * std::cos(azimuth), horizontal * std::sin(azimuth), range * std::sin(elevation)};
@@ -80,9 +97,16 @@ void e57_stream::read(const e57_pages& pages, std::uint64_t first, std::span<cha
   }
 }
 
-e57_points::e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan)
+e57_points::e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan, bool with_attributes)
     : pages_(std::move(pages)), scan_(scan), fields_(scan.coordinates.begin(), scan.coordinates.end()) {
   if (scan_.invalid_state) fields_.push_back(*scan_.invalid_state);
+  for (const auto& [name, field] : scan_.numbers) {
+    if (!with_attributes) break;
+    // E57 counts returns from 0, and LAS from 1.
+    const bool is_return = name == "returnIndex";
+    attributes_.push_back({is_return ? "return_number" : name, storage_of(field), 1, is_return ? 1.0 : 0.0});
+    fields_.push_back(field);
+  }
   streams_.resize(fields_.size());
   if (!is_complete()) find_packets();
 }
@@ -149,25 +173,46 @@ void e57_points::read(std::size_t first, std::span<Eigen::Vector3d> points) cons
   }
 }
 
-void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points) const {
+void e57_points::decode(std::size_t index, std::size_t first, std::span<double> values) const {
   constexpr std::size_t behind = 9;  // the last value may end within a word, and a byte
   std::array<char, 8 * points_at_once + behind + 1> bytes;
+  const e57_field& f = fields_[index];
+  const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
+  const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + values.size());
+  const auto size = static_cast<std::size_t>(end - begin);
+  streams_[index].read(*pages_, begin, std::span(bytes).first(size));
+  std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(size), behind, '\0');
+  unpack(f, bytes.data(), bit % 8, values);
+}
+
+void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points) const {
   std::array<std::array<double, points_at_once>, 4> values;
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const e57_field& f = fields_[i];
-    const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
-    const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + points.size());
-    const auto size = static_cast<std::size_t>(end - begin);
-    streams_[i].read(*pages_, begin, std::span(bytes).first(size));
-    std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(size), behind, '\0');
-    unpack(f, bytes.data(), bit % 8, std::span(values[i]).first(points.size()));
-  }
+  for (std::size_t i = 0; i < 3u + scan_.invalid_state.has_value(); ++i)
+    decode(i, first, std::span(values[i]).first(points.size()));
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i] = scan_.is_spherical ? from_spherical(values[0][i], values[1][i], values[2][i])
                                    : Eigen::Vector3d(values[0][i], values[1][i], values[2][i]);
   if (!scan_.invalid_state) return;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (values[3][i] != 0) points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+void e57_points::read_attributes(std::size_t first, std::size_t count,
+                                 std::span<attribute_column> columns) const {
+  const std::size_t first_field = fields_.size() - attributes_.size();
+  std::array<double, points_at_once> values;
+  for (attribute_column& column : columns)
+    visit_type(attributes_[column.attribute].type, [&]<class T>(T) {
+      column.numbers.resize(count * sizeof(T));
+      for (std::size_t done = 0; done < count;) {
+        const auto some = std::span(values).first(std::min(count - done, points_at_once));
+        decode(first_field + column.attribute, first + done, some);
+        for (const double value : some) {
+          const T number = nearest<T>(value);
+          std::memcpy(column.numbers.data() + done++ * sizeof(T), &number, sizeof(T));
+        }
+      }
+    });
 }
 
 }  // namespace globalmatch::support

@@ -75,6 +75,12 @@ constexpr bool holds(T, U) {
 
 }  // namespace
 
+attribute_table attribute_table::of_names(const std::vector<std::string>& names) {
+  std::vector<attribute> attributes;
+  for (const std::string& name : names) attributes.push_back({name});
+  return attribute_table(std::move(attributes));
+}
+
 void attribute_table::append(std::size_t attribute, double number) {
   visit_type(attributes_[attribute].type, [&]<class T>(T) {
     const T stored = nearest<T>(number);

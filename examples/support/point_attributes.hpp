@@ -39,6 +39,9 @@ class attribute_table {
   const std::vector<attribute>& attributes() const { return attributes_; }
   bool empty() const { return attributes_.empty(); }
 
+  /// Of numbers of type double.
+  static attribute_table of_names(const std::vector<std::string>& names);
+
   /// Appends the stored number of the next point, rounded to the type of the attribute.
   void append(std::size_t attribute, double number);
   void read(std::size_t first, std::size_t count, std::span<attribute_column> columns) const;
