@@ -31,9 +31,9 @@ std::string variable_record(std::string_view user, std::uint16_t number, std::st
   return record.append(content);
 }
 
-laz::record_layout layout_of(const las_plan& plan) {
+laz::record_layout layout_of(const las_layout& layout) {
   // Layers are coded by version 3, which all programs read that read layers.
-  return {plan.format, plan.records.record_size - las_format_size(plan.format), 3};
+  return {layout.format, layout.records.record_size - las_format_size(layout.format), 3};
 }
 
 std::string laszip_content(const laz::record_layout& layout) {
@@ -57,44 +57,44 @@ std::string laszip_content(const laz::record_layout& layout) {
 
 }  // namespace
 
-las_writer::las_writer(std::ostream& out, const las_plan& plan, bool is_compressed, int threads)
-    : out_(out), plan_(plan), is_compressed_(is_compressed), variable_records_(variable_records()) {
+las_writer::las_writer(std::ostream& out, const las_layout& layout, bool is_compressed, int threads)
+    : out_(out), layout_(layout), is_compressed_(is_compressed), variable_records_(variable_records()) {
   min_.fill(std::numeric_limits<std::int32_t>::max());
   max_.fill(std::numeric_limits<std::int32_t>::min());
   out_ << header() << variable_records_;
-  if (is_compressed_) chunks_ = std::make_unique<laz::chunk_writer>(out_, layout_of(plan_), threads);
+  if (is_compressed_) chunks_ = std::make_unique<laz::chunk_writer>(out_, layout_of(layout_), threads);
 }
 
 std::string las_writer::variable_records() const {
-  std::string records = variable_record("LASF_Spec", 4, describe_extra_fields(plan_.extra_fields));
-  for (const auto& [number, content] : plan_.projection)
+  std::string records = variable_record("LASF_Spec", 4, describe_extra_fields(layout_.extra_fields));
+  for (const auto& [number, content] : layout_.projection)
     records += variable_record("LASF_Projection", number, content);
-  if (is_compressed_) records += variable_record("laszip encoded", 22204, laszip_content(layout_of(plan_)));
+  if (is_compressed_) records += variable_record("laszip encoded", 22204, laszip_content(layout_of(layout_)));
   return records;
 }
 
 std::string las_writer::header() const {
-  const bool is_1_4 = plan_.minor_version >= 4;
+  const bool is_1_4 = layout_.minor_version >= 4;
   std::string header(is_1_4 ? header_size_1_4 : header_size_1_2, '\0');
   char* bytes = header.data();
   std::string_view("LASF").copy(bytes, 4);
-  put_little(bytes + 6, plan_.encoding);
+  put_little(bytes + 6, layout_.encoding);
   bytes[24] = 1;
-  bytes[25] = static_cast<char>(plan_.minor_version);
+  bytes[25] = static_cast<char>(layout_.minor_version);
   std::string_view("MERGE").copy(bytes + 26, 32);
   std::string_view("globalmatch").copy(bytes + 58, 32);
   put_little(bytes + 94, static_cast<std::uint16_t>(header.size()));
   put_little(bytes + 96, static_cast<std::uint32_t>(header.size() + variable_records_.size()));
-  put_little(bytes + 100, static_cast<std::uint32_t>(1 + plan_.projection.size() + is_compressed_));
-  bytes[104] = static_cast<char>(plan_.format | (is_compressed_ ? compressed_bit : 0));
-  put_little(bytes + 105, static_cast<std::uint16_t>(plan_.records.record_size));
+  put_little(bytes + 100, static_cast<std::uint32_t>(1 + layout_.projection.size() + is_compressed_));
+  bytes[104] = static_cast<char>(layout_.format | (is_compressed_ ? compressed_bit : 0));
+  put_little(bytes + 105, static_cast<std::uint16_t>(layout_.records.record_size));
   // The counts of 32 bits are zero where formats came later than those of 64 bits.
   if (!is_1_4) put_little(bytes + 107, static_cast<std::uint32_t>(count_));
   for (std::size_t i = 0; i < 5 && !is_1_4; ++i)
     put_little(bytes + 111 + 4 * i, static_cast<std::uint32_t>(counts_by_return_[i + 1]));
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const double scale = plan_.records.grid->scale[Eigen::Index(axis)];
-    const double offset = plan_.records.grid->offset[Eigen::Index(axis)];
+    const double scale = layout_.records.grid->scale[Eigen::Index(axis)];
+    const double offset = layout_.records.grid->offset[Eigen::Index(axis)];
     put_little(bytes + 131 + 8 * axis, scale);
     put_little(bytes + 155 + 8 * axis, offset);
     put_little(bytes + 179 + 16 * axis, count_ > 0 ? max_[axis] * scale + offset : 0.0);
@@ -114,8 +114,8 @@ void las_writer::write(std::span<const char> records) {
 }
 
 void las_writer::count(std::span<const char> records) {
-  const unsigned return_mask = plan_.format >= 6 ? 15 : 7;
-  const std::size_t size = plan_.records.record_size;
+  const unsigned return_mask = layout_.format >= 6 ? 15 : 7;
+  const std::size_t size = layout_.records.record_size;
   count_ += records.size() / size;
   for (std::size_t at = 0; at < records.size(); at += size) {
     for (std::size_t axis = 0; axis < 3; ++axis) {

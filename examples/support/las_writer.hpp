@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "support/las_plan.hpp"
+#include "support/las_layout.hpp"
 #include "support/laz_chunk_writer.hpp"
 
 namespace globalmatch::support {
@@ -17,7 +17,7 @@ namespace globalmatch::support {
 class las_writer {
  public:
   /// Writes from the start of `out` on, which must be one that can be returned to.
-  las_writer(std::ostream& out, const las_plan& plan, bool is_compressed, int threads);
+  las_writer(std::ostream& out, const las_layout& layout, bool is_compressed, int threads);
 
   void write(std::span<const char> records);
   /// Writes what is left, and the header again, which then knows what the points are.
@@ -29,7 +29,7 @@ class las_writer {
   std::string variable_records() const;
 
   std::ostream& out_;
-  const las_plan& plan_;
+  const las_layout& layout_;
   bool is_compressed_;
   std::string variable_records_;
   std::unique_ptr<laz::chunk_writer> chunks_;

@@ -25,8 +25,8 @@ void put(char* record, const record_field& field, T number) {
 }
 
 template <class T>
-void scatter_as(std::span<const char> numbers, std::span<const std::size_t> kept, const record_field& field,
-                std::size_t record_size, char* records) {
+void put_unchanged(std::span<const char> numbers, std::span<const std::size_t> kept,
+                   const record_field& field, std::size_t record_size, char* records) {
   for (const std::size_t i : kept) {
     put(records, field, load<T>(numbers.data() + i * sizeof(T), std::endian::native));
     records += record_size;
@@ -76,12 +76,12 @@ std::vector<attribute> attributes_of(std::span<const record_field> fields) {
   return attributes;
 }
 
-void scatter(std::span<const char> numbers, const attribute& from, std::span<const std::size_t> kept,
-             const record_field& field, std::size_t record_size, char* records) {
+void put_numbers(std::span<const char> numbers, const attribute& from, std::span<const std::size_t> kept,
+                 const record_field& field, std::size_t record_size, char* records) {
   const attribute& to = field.what;
   const bool is_same = from.type == to.type && from.scale == to.scale && from.offset == to.offset;
   visit_type(to.type, [&]<class To>(To) {
-    if (is_same) return scatter_as<To>(numbers, kept, field, record_size, records);
+    if (is_same) return put_unchanged<To>(numbers, kept, field, record_size, records);
     visit_type(from.type, [&]<class From>(From) {
       convert<To, From>(numbers, from, kept, field, record_size, records);
     });

@@ -39,7 +39,7 @@ std::vector<attribute> attributes_of(std::span<const record_field> fields);
 /// Puts numbers into a field of little endian records: number `kept[i]` of the column of `from` into record
 /// `i`. They keep their bits where `from` is stored as the field is. Otherwise the values are rounded to what
 /// the field can store, clamped to its range, and zero where they are not-a-number.
-void scatter(std::span<const char> numbers, const attribute& from, std::span<const std::size_t> kept,
-             const record_field& field, std::size_t record_size, char* records);
+void put_numbers(std::span<const char> numbers, const attribute& from, std::span<const std::size_t> kept,
+                 const record_field& field, std::size_t record_size, char* records);
 
 }  // namespace globalmatch::support

@@ -8,9 +8,9 @@
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
-#include "support/las_plan.hpp"
+#include "support/las_layout.hpp"
 #include "support/las_writer.hpp"
-#include "support/record_plan.hpp"
+#include "support/output_records.hpp"
 #include "support/shared_attributes.hpp"
 #include "support/text_fields.hpp"
 
@@ -36,44 +36,44 @@ std::string ply_name(const std::string& name) {
   return plain;
 }
 
-record_plan plan_ply(std::span<const placed_scan> scans, std::vector<record_field>& fields) {
-  record_plan plan;
+output_records make_ply_records(std::span<const placed_scan> scans, std::vector<record_field>& fields) {
+  output_records layout;
   fields = {{{"x"}, 0}, {{"y"}, 8}, {{"z"}, 16}};
-  plan.record_size = 3 * sizeof(double);
-  plan.scans.resize(scans.size());
+  layout.record_size = 3 * sizeof(double);
+  layout.scans.resize(scans.size());
   for (const char* colour : {"red", "green", "blue"})
-    fields.push_back({{colour, scalar::uint8}, plan.record_size++});
+    fields.push_back({{colour, scalar::uint8}, layout.record_size++});
   for (const shared_attribute& shared : share_attributes(scans)) {
-    record_field to{common_storage(shared, false), plan.record_size};
+    record_field to{common_storage(shared, false), layout.record_size};
     // Not all programs read integers of 64 bits.
     if (to.what.type == scalar::int64 || to.what.type == scalar::uint64) to.what.type = scalar::float64;
     to.what.name = ply_name(shared.name);
     while (
         std::any_of(fields.begin(), fields.end(), [&](const auto& f) { return f.what.name == to.what.name; }))
       to.what.name += '_';
-    plan.record_size += size_of(to.what.type);
+    layout.record_size += size_of(to.what.type);
     for (std::size_t s = 0; s < scans.size(); ++s)
       if (shared.of_scan[s])
-        plan.scans[s].fields.push_back({shared.of_scan[s]->index, shared.of_scan[s]->what, to});
+        layout.scans[s].fields.push_back({shared.of_scan[s]->index, shared.of_scan[s]->what, to});
     fields.push_back(std::move(to));
   }
   for (std::size_t s = 0; s < scans.size(); ++s) {
-    plan.scans[s].prototype.assign(plan.record_size, '\0');
+    layout.scans[s].prototype.assign(layout.record_size, '\0');
     for (std::size_t k = 0; k < 3; ++k)
-      plan.scans[s].prototype[fields[3 + k].offset] = static_cast<char>(scans[s].colour[k]);
+      layout.scans[s].prototype[fields[3 + k].offset] = static_cast<char>(scans[s].colour[k]);
   }
-  return plan;
+  return layout;
 }
 
 void write_as_ply(atomic_file& file, std::span<const placed_scan> scans, const points_extent& extent,
                   int threads) {
   std::vector<record_field> fields;
-  const record_plan plan = plan_ply(scans, fields);
+  const output_records layout = make_ply_records(scans, fields);
   file.stream() << "ply\nformat binary_little_endian 1.0\nelement vertex " << extent.count << '\n';
   for (const record_field& field : fields)
     file.stream() << "property " << ply_type(field.what.type) << ' ' << field.what.name << '\n';
   file.stream() << "end_header\n";
-  for_each_record(scans, plan, threads, [&](std::span<const char> records) {
+  for_each_record(scans, layout, threads, [&](std::span<const char> records) {
     file.stream().write(records.data(), static_cast<std::streamsize>(records.size()));
     file.require_good();
   });
@@ -84,9 +84,9 @@ void write_as_las(atomic_file& file, const std::filesystem::path& path, std::spa
   if (file.stream().tellp() < 0)
     throw file_error(path, "is no file that LAS and LAZ can be written to: their header comes last",
                      "Name a file, or write .ply");
-  const las_plan plan = plan_las(path, scans, extent, threads);
-  las_writer writer(file.stream(), plan, extension_of(path) == ".laz", threads);
-  for_each_record(scans, plan.records, threads, [&](std::span<const char> records) {
+  const las_layout layout = make_las_layout(path, scans, extent, threads);
+  las_writer writer(file.stream(), layout, extension_of(path) == ".laz", threads);
+  for_each_record(scans, layout.records, threads, [&](std::span<const char> records) {
     writer.write(records);
     file.require_good();
   });

@@ -83,6 +83,12 @@ attribute common_storage(const shared_attribute& shared, bool keep_scale) {
   return {shared.name, scalar::float64};
 }
 
+void value_range::include(const value_range& other) {
+  min = std::min(min, other.min);
+  max = std::max(max, other.max);
+  is_whole = is_whole && other.is_whole;
+}
+
 value_range range_of(const scan_file& scan, const scan_attribute& of, int threads) {
   constexpr std::size_t block = 16 * point_source::block_size;
   std::vector<value_range> ranges((scan.size() + block - 1) / block);
@@ -94,11 +100,7 @@ value_range range_of(const scan_file& scan, const scan_attribute& of, int thread
       },
       1);
   value_range all{INFINITY, -INFINITY, true};
-  for (const value_range& range : ranges) {
-    all.min = std::min(all.min, range.min);
-    all.max = std::max(all.max, range.max);
-    all.is_whole = all.is_whole && range.is_whole;
-  }
+  for (const value_range& range : ranges) all.include(range);
   return all.min > all.max ? value_range{} : all;
 }
 

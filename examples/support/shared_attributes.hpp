@@ -36,6 +36,8 @@ attribute common_storage(const shared_attribute& shared, bool keep_scale);
 struct value_range {
   double min = 0, max = 0;
   bool is_whole = true;  ///< all values are integers
+
+  void include(const value_range& other);
 };
 value_range range_of(const scan_file& scan, const scan_attribute& of, int threads);
 

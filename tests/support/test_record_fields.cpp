@@ -17,7 +17,7 @@ double stored(double value, const record_field& field, char before = 0) {
   std::string record(16, before);
   std::string number;
   put(number, value, std::endian::native);
-  scatter(number, {"a", scalar::float64}, kept, field, record.size(), record.data());
+  put_numbers(number, {"a", scalar::float64}, kept, field, record.size(), record.data());
   std::vector<char> numbers;
   gather({record.data(), record.size(), 1}, field, numbers);
   return load(field.what.type, numbers.data(), std::endian::native);
@@ -43,7 +43,7 @@ TEST_CASE("values are rounded and clamped to what a field can store") {
 TEST_CASE("fields of some bits leave the others as they are") {
   const std::size_t kept[] = {1, 2};
   std::string records = {'\xFF', '\x00'};
-  scatter("\x01\x02\x05", {"a", scalar::uint8}, kept, {{"a", scalar::uint8}, 0, 2, 3}, 1, records.data());
+  put_numbers("\x01\x02\x05", {"a", scalar::uint8}, kept, {{"a", scalar::uint8}, 0, 2, 3}, 1, records.data());
   CHECK(records == std::string{'\xEB', '\x14'});
 }
 
@@ -54,7 +54,7 @@ TEST_CASE("numbers of one type keep their bits") {
   const std::size_t kept[] = {0, 1, 2};
   std::string records(3 * 11, 'x');
   const record_field field{{"t", scalar::float64}, 2};
-  scatter(numbers, field.what, kept, field, 11, records.data());
+  put_numbers(numbers, field.what, kept, field, 11, records.data());
   std::vector<char> read;
   gather({records.data(), 11, 3}, field, read);
   CHECK(std::string(read.begin(), read.end()) == numbers);

@@ -146,6 +146,22 @@ TEST_CASE("attributes of other formats take their places in LAS, or are extra by
   CHECK(header_of(directory / "b.las").scale == Eigen::Vector3d(1e-4, 1e-4, 1e-4));
 }
 
+TEST_CASE("an attribute that does not fit in one scan keeps its place in the other") {
+  const temporary_directory directory;
+  const scan_file target = open_scan(directory.file("t.las", made_las_bytes(6, 0, 10)), all_points_kept);
+  std::string record;
+  put_point(record, -500'000, 5'000'000, 100);
+  put(record, -12.5f);
+  const scan_file source =
+      open_scan(directory.file("s.ply", ply("property float intensity\n", 1, record)), all_points_kept);
+  const placed_scan placed[] = {{&target, Eigen::Isometry3d::Identity(), {}},
+                                {&source, Eigen::Isometry3d::Identity(), {}}};
+  write_scans(directory / "m.las", placed);
+  const scan_file merged = open_scan(directory / "m.las", all_points_kept);
+  CHECK(numbers_of(merged, "intensity").starts_with(numbers_of(target, "intensity")));
+  CHECK(values_of(merged, "intensity_value") == std::vector<double>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12.5});
+}
+
 TEST_CASE("text, PTX, PTS, PCD, E57 and tiles give their attributes") {
   const temporary_directory directory;
   const auto values = [&](const std::filesystem::path& path, const std::string& name) {

@@ -1,4 +1,4 @@
-#include "support/record_plan.hpp"
+#include "support/output_records.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -24,12 +24,12 @@ void store(char* at, T value) {
 /// Makes records of some points. What it allocates is kept for the next.
 class record_maker {
  public:
-  void make(const placed_scan& scan, const scan_plan& plan, const record_plan& all, std::size_t first,
+  void make(const placed_scan& scan, const scan_records& layout, const output_records& all, std::size_t first,
             std::size_t count);
   std::span<const char> records() const { return records_; }
 
  private:
-  void put_coordinates(const placed_scan& scan, const record_plan& all);
+  void put_coordinates(const placed_scan& scan, const output_records& all);
 
   std::vector<Eigen::Vector3d> points_;
   std::vector<std::size_t> kept_;
@@ -37,7 +37,7 @@ class record_maker {
   std::vector<char> records_;
 };
 
-void record_maker::make(const placed_scan& scan, const scan_plan& plan, const record_plan& all,
+void record_maker::make(const placed_scan& scan, const scan_records& layout, const output_records& all,
                         std::size_t first, std::size_t count) {
   points_.resize(count);
   scan.scan->points().read(first, points_);
@@ -46,17 +46,17 @@ void record_maker::make(const placed_scan& scan, const scan_plan& plan, const re
     if (points_[i].allFinite()) kept_.push_back(i);
   records_.resize(kept_.size() * all.record_size);
   for (std::size_t i = 0; i < kept_.size(); ++i)
-    plan.prototype.copy(records_.data() + i * all.record_size, all.record_size);
+    layout.prototype.copy(records_.data() + i * all.record_size, all.record_size);
   put_coordinates(scan, all);
-  columns_.resize(plan.fields.size());
-  for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k].attribute = plan.fields[k].index;
-  scan.scan->points().read_attributes(first, count, columns_);
+  columns_.resize(layout.fields.size());
+  for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k].attribute = layout.fields[k].index;
+  if (!columns_.empty()) scan.scan->points().read_attributes(first, count, columns_);
   for (std::size_t k = 0; k < columns_.size(); ++k)
-    scatter(columns_[k].numbers, plan.fields[k].from, kept_, plan.fields[k].to, all.record_size,
-            records_.data());
+    put_numbers(columns_[k].numbers, layout.fields[k].from, kept_, layout.fields[k].to, all.record_size,
+                records_.data());
 }
 
-void record_maker::put_coordinates(const placed_scan& scan, const record_plan& all) {
+void record_maker::put_coordinates(const placed_scan& scan, const output_records& all) {
   char* record = records_.data();
   for (const std::size_t i : kept_) {
     Eigen::Vector3d p = scan.target_from_scan * points_[i];
@@ -99,20 +99,20 @@ points_extent extent_of(const placed_scan& scan, int threads) {
   return all;
 }
 
-void for_each_record(std::span<const placed_scan> scans, const record_plan& plan, int threads,
+void for_each_record(std::span<const placed_scan> scans, const output_records& layout, int threads,
                      const std::function<void(std::span<const char>)>& use) {
   const execution exec{.threads = threads};
   std::vector<record_maker> makers(2 * static_cast<std::size_t>(detail::thread_count(exec)));
   for (std::size_t s = 0; s < scans.size(); ++s) {
     const std::size_t size = scans[s].scan->size();
-    const std::size_t block = std::clamp<std::size_t>(max_block_bytes / plan.record_size, 1, max_block);
+    const std::size_t block = std::clamp<std::size_t>(max_block_bytes / layout.record_size, 1, max_block);
     for (std::size_t begin = 0; begin < size; begin += makers.size() * block) {
       const std::size_t blocks = std::min(makers.size(), (size - begin + block - 1) / block);
       detail::parallel_for(
           exec, "make records", blocks,
           [&](std::size_t i) {
             const std::size_t first = begin + i * block;
-            makers[i].make(scans[s], plan.scans[s], plan, first, std::min(block, size - first));
+            makers[i].make(scans[s], layout.scans[s], layout, first, std::min(block, size - first));
           },
           1);
       for (std::size_t i = 0; i < blocks; ++i) use(makers[i].records());

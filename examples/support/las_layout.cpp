@@ -1,4 +1,4 @@
-#include "support/las_plan.hpp"
+#include "support/las_layout.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -100,49 +100,57 @@ struct attribute_places {
   bool is_long = false;
 };
 
-// The values of an attribute in scans that are not LAS; those of colours together.
-std::vector<value_range> ranges_of(std::span<const placed_scan> scans,
-                                   const std::vector<shared_attribute>& all, const shared_attribute& shared,
-                                   int threads) {
-  std::vector<value_range> ranges(scans.size());
-  for (const shared_attribute& other : all) {
-    if (&other != &shared && !(is_color(other.name) && is_color(shared.name))) continue;
+using ranges_of_scans = std::vector<value_range>;
+
+// The values of all attributes of scans that are not LAS, if LAS has a place for them; those of colours
+// together.
+std::vector<ranges_of_scans> find_ranges(std::span<const placed_scan> scans,
+                                         const std::vector<shared_attribute>& all,
+                                         const std::vector<record_field>& fields, int threads) {
+  std::vector<ranges_of_scans> ranges(all.size(), ranges_of_scans(scans.size()));
+  ranges_of_scans of_colors(scans.size());
+  for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t s = 0; s < scans.size(); ++s) {
-      if (las_of(scans[s]) || !other.of_scan[s]) continue;
-      const value_range range = range_of(*scans[s].scan, *other.of_scan[s], threads);
-      ranges[s].min = std::min(ranges[s].min, range.min);
-      ranges[s].max = std::max(ranges[s].max, range.max);
-      ranges[s].is_whole = ranges[s].is_whole && range.is_whole;
+      if (las_of(scans[s]) || !all[k].of_scan[s] || !find_field(fields, all[k].name)) continue;
+      ranges[k][s] = range_of(*scans[s].scan, *all[k].of_scan[s], threads);
+      if (is_color(all[k].name)) of_colors[s].include(ranges[k][s]);
     }
-  }
+  for (std::size_t k = 0; k < all.size(); ++k)
+    if (is_color(all[k].name)) ranges[k] = of_colors;
   return ranges;
 }
 
-// Attributes whose values do not fit are extra bytes under another name.
+bool has_any(const shared_attribute& shared) {
+  return std::any_of(shared.of_scan.begin(), shared.of_scan.end(),
+                     [](const auto& of) { return of.has_value(); });
+}
+
+// Attributes of scans whose values do not fit are extra bytes under another name.
 attribute_places place_attributes(std::span<const placed_scan> scans, int threads) {
   static const std::vector<record_field> short_fields = las_fields(3), long_fields = las_fields(8);
-  attribute_places places;
-  for (const placed_scan& scan : scans) places.is_long |= las_of(scan) && las_of(scan)->format >= 6;
   const std::vector<shared_attribute> all = share_attributes(scans);
-  for (const shared_attribute& given : all) {
-    shared_attribute shared = given;
-    const record_field* long_field = find_field(long_fields, shared.name);
-    const record_field* short_field = find_field(short_fields, shared.name);
-    const auto all_fit = [&](const record_field* field, const std::vector<value_range>& ranges) {
-      for (std::size_t s = 0; s < scans.size() && field; ++s)
-        if (!las_of(scans[s]) && shared.of_scan[s] && !fits(shared.name, ranges[s], *field)) return false;
-      return field != nullptr;
-    };
-    const auto ranges = long_field ? ranges_of(scans, all, given, threads) : std::vector<value_range>();
-    if (!all_fit(long_field, ranges)) {
-      if (long_field) shared.name += "_value";
-      places.extra.push_back(std::move(shared));
-      continue;
+  const std::vector<ranges_of_scans> ranges = find_ranges(scans, all, long_fields, threads);
+  attribute_places places;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const std::string& name = all[k].name;
+    const record_field* long_field = find_field(long_fields, name);
+    const record_field* short_field = find_field(short_fields, name);
+    shared_attribute in_field{name, {scans.size(), std::nullopt}};
+    shared_attribute extra{long_field ? name + "_value" : name, {scans.size(), std::nullopt}};
+    for (std::size_t s = 0; s < scans.size(); ++s) {
+      if (!all[k].of_scan[s]) continue;
+      const bool is_las = las_of(scans[s]) != nullptr;
+      const auto has_place = [&](const record_field* f) {
+        return f && (is_las || fits(name, ranges[k][s], *f));
+      };
+      shared_attribute& place = has_place(long_field) ? in_field : extra;
+      place.of_scan[s] = all[k].of_scan[s];
+      if (&place == &extra) continue;
+      if (!is_las) normalize(place.of_scan[s]->what, ranges[k][s]);
+      places.is_long = places.is_long || !has_place(short_field) || (is_las && las_of(scans[s])->format >= 6);
     }
-    places.is_long = places.is_long || !all_fit(short_field, ranges);
-    for (std::size_t s = 0; s < scans.size(); ++s)
-      if (!las_of(scans[s]) && shared.of_scan[s]) normalize(shared.of_scan[s]->what, ranges[s]);
-    places.with_field.push_back(std::move(shared));
+    if (has_any(in_field)) places.with_field.push_back(std::move(in_field));
+    if (has_any(extra)) places.extra.push_back(std::move(extra));
   }
   return places;
 }
@@ -160,63 +168,63 @@ unsigned choose_format(const attribute_places& places, std::size_t count) {
   return (has("gps_time") ? 1u : 0u) + (has_color ? 2u : 0u);
 }
 
-void add_field(const shared_attribute& shared, const record_field& to, std::vector<scan_plan>& scans) {
+void add_field(const shared_attribute& shared, const record_field& to, std::vector<scan_records>& scans) {
   for (std::size_t s = 0; s < scans.size(); ++s)
     if (shared.of_scan[s]) scans[s].fields.push_back({shared.of_scan[s]->index, shared.of_scan[s]->what, to});
 }
 
-void plan_records(const attribute_places& places, std::size_t scans, las_plan& plan) {
-  std::size_t& size = plan.records.record_size = las_format_size(plan.format);
-  plan.records.scans.resize(scans);
-  const std::vector<record_field> fields = las_fields(plan.format);
+void add_records(const attribute_places& places, std::size_t scans, las_layout& layout) {
+  std::size_t& size = layout.records.record_size = las_format_size(layout.format);
+  layout.records.scans.resize(scans);
+  const std::vector<record_field> fields = las_fields(layout.format);
   for (const shared_attribute& shared : places.with_field)
-    add_field(shared, *find_field(fields, shared.name), plan.records.scans);
-  plan.extra_fields.push_back({{"scan", scalar::uint8}, size++});
+    add_field(shared, *find_field(fields, shared.name), layout.records.scans);
+  layout.extra_fields.push_back({{"scan", scalar::uint8}, size++});
   std::set<std::string> names = {"scan"};
   for (const shared_attribute& shared : places.extra) {
-    plan.extra_fields.push_back({common_storage(shared, true), size});
-    std::string& name = plan.extra_fields.back().what.name;
+    layout.extra_fields.push_back({common_storage(shared, true), size});
+    std::string& name = layout.extra_fields.back().what.name;
     for (std::size_t k = 2; !names.insert(name).second; ++k) name = shared.name + '_' + std::to_string(k);
-    size += size_of(plan.extra_fields.back().what.type);
-    add_field(shared, plan.extra_fields.back(), plan.records.scans);
+    size += size_of(layout.extra_fields.back().what.type);
+    add_field(shared, layout.extra_fields.back(), layout.records.scans);
   }
   for (std::size_t s = 0; s < scans; ++s) {
-    plan.records.scans[s].prototype.assign(size, '\0');
-    plan.records.scans[s].prototype[plan.extra_fields.front().offset] = static_cast<char>(s + 1);
+    layout.records.scans[s].prototype.assign(size, '\0');
+    layout.records.scans[s].prototype[layout.extra_fields.front().offset] = static_cast<char>(s + 1);
   }
 }
 
 // Kinds of time and projections cannot differ in one file: the first one that has any gives them.
-void copy_frame(std::span<const placed_scan> scans, las_plan& plan) {
+void copy_frame(std::span<const placed_scan> scans, las_layout& layout) {
   constexpr std::uint16_t is_standard_time = 1, is_wkt = 16;
   const auto with_las = std::find_if(scans.begin(), scans.end(), las_of);
-  if (with_las != scans.end()) plan.encoding = las_of(*with_las)->encoding & is_standard_time;
-  if (const las_frame* las = las_of(scans.front())) plan.projection = las->projection;
-  const bool has_wkt = std::any_of(plan.projection.begin(), plan.projection.end(),
+  if (with_las != scans.end()) layout.encoding = las_of(*with_las)->encoding & is_standard_time;
+  if (const las_frame* las = las_of(scans.front())) layout.projection = las->projection;
+  const bool has_wkt = std::any_of(layout.projection.begin(), layout.projection.end(),
                                    [](const auto& record) { return record.first == 2112; });
-  if (plan.format >= 6 && (has_wkt || plan.projection.empty())) plan.encoding |= is_wkt;
+  if (layout.format >= 6 && (has_wkt || layout.projection.empty())) layout.encoding |= is_wkt;
 }
 
 }  // namespace
 
-las_plan plan_las(const std::filesystem::path& path, std::span<const placed_scan> scans,
-                  const points_extent& extent, int threads) {
+las_layout make_las_layout(const std::filesystem::path& path, std::span<const placed_scan> scans,
+                           const points_extent& extent, int threads) {
   const attribute_places places = place_attributes(scans, threads);
-  las_plan plan;
-  plan.format = choose_format(places, extent.count);
-  plan.minor_version = plan.format >= 6 ? 4 : 2;
-  plan_records(places, scans.size(), plan);
+  las_layout layout;
+  layout.format = choose_format(places, extent.count);
+  layout.minor_version = layout.format >= 6 ? 4 : 2;
+  add_records(places, scans.size(), layout);
   constexpr std::size_t max_described = 65535 / extra_description_size;
-  if (plan.extra_fields.size() > max_described || plan.records.record_size > 65535)
+  if (layout.extra_fields.size() > max_described || layout.records.record_size > 65535)
     throw file_error(path,
-                     "cannot describe the " + std::to_string(plan.extra_fields.size()) +
+                     "cannot describe the " + std::to_string(layout.extra_fields.size()) +
                          " attributes that have no place of their own in LAS",
                      "Write .ply, or leave some of them out of the scans");
   coordinate_grid grid;
   for (Eigen::Index axis = 0; axis < 3; ++axis) choose_axis(path, scans, extent, axis, grid);
-  plan.records.grid = grid;
-  copy_frame(scans, plan);
-  return plan;
+  layout.records.grid = grid;
+  copy_frame(scans, layout);
+  return layout;
 }
 
 }  // namespace globalmatch::support

@@ -17,16 +17,16 @@
 namespace globalmatch::support {
 
 /// An attribute of a scan, and where it goes.
-struct planned_field {
+struct mapped_field {
   std::size_t index;  ///< in the attributes of the scan
   attribute from;     ///< how it is stored there
   record_field to;
 };
 
 /// What the records of a scan consist of.
-struct scan_plan {
+struct scan_records {
   std::string prototype;  ///< a record with what is the same in all
-  std::vector<planned_field> fields;
+  std::vector<mapped_field> fields;
 };
 
 /// Coordinates as integers * scale + offset, of 32 bits each.
@@ -35,10 +35,10 @@ struct coordinate_grid {
 };
 
 /// What the records of a file consist of. They start with the coordinates.
-struct record_plan {
+struct output_records {
   std::size_t record_size = 0;
   std::optional<coordinate_grid> grid;  ///< none: coordinates are doubles
-  std::vector<scan_plan> scans;
+  std::vector<scan_records> scans;
 };
 
 /// How many points are not left out, and where they are.
@@ -49,7 +49,7 @@ struct points_extent {
 points_extent extent_of(const placed_scan& scan, int threads);
 
 /// Calls `use` with the records of all points in their order, some at a time.
-void for_each_record(std::span<const placed_scan> scans, const record_plan& plan, int threads,
+void for_each_record(std::span<const placed_scan> scans, const output_records& layout, int threads,
                      const std::function<void(std::span<const char>)>& use);
 
 }  // namespace globalmatch::support
