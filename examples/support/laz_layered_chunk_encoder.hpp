@@ -125,7 +125,7 @@ inline void layered_chunk_encoder::encode_attributes(const char* next, std::uint
       last = &models.last_record;
     }
   }
-  const char *at = last->data(), *end = at + last->size();
+  const char* at = last->data();
   written_layer* layer = attribute_layers_.data();
   const auto step = [&](std::size_t size) {
     layer->changes |= !std::equal(at, at + size, next);
@@ -142,7 +142,7 @@ inline void layered_chunk_encoder::encode_attributes(const char* next, std::uint
     models.encode_infrared(*layer, at, next);
     step(2);
   }
-  for (std::size_t k = 0; at != end; ++k) {
+  for (std::size_t k = 0; k < layout_.extra_bytes; ++k) {
     models.encode_extra(*layer, k, *at, *next);
     step(1);
   }
