@@ -10,6 +10,7 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
+#include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
