@@ -5,6 +5,7 @@
 #include "support/command_line.hpp"
 #include "support/reports.hpp"
 #include "support/stem_files.hpp"
+#include "support/transform_forms.hpp"
 
 #include <iostream>
 
@@ -23,6 +24,7 @@ int main(int argc, char** argv) {
       ->expected(3)
       ->type_name("X,Y,Z")
       ->capture_default_str();
+  options.add_forms_to(app);
   options.add_matching_to(app);
   options.add_prior_to(app);
   app.add_flag(
@@ -33,6 +35,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
+    support::require_forms(options.out_as);
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     for (const auto& [file, table] : {std::pair(source_file, source), std::pair(target_file, target)})
       support::print(support::warnings_of(table), file);
@@ -55,8 +58,10 @@ int main(int argc, char** argv) {
     support::write_json(options.json, report);
     support::print(support::warnings_of(result));
     const bool lacks_height = options.require_height && result.vertical && !result.vertical->is_known();
-    support::write_or_remove_transform(
-        out, lacks_height ? std::nullopt : target_from_source);  // last: it stands for the whole run
+    const auto trusted = lacks_height ? std::nullopt : target_from_source;
+    support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source.stems), source_file,
+                                   std::cout);
+    support::write_or_remove_transform(out, trusted);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     (registered ? std::cout : std::cerr) << support::summary(result) << '\n';
     return registered && !lacks_height ? support::done : support::no_registration;

@@ -3,10 +3,14 @@
 
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
+#include "support/file_error.hpp"
 #include "support/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_writer.hpp"
+#include "support/transform_forms.hpp"
 
 #include <iostream>
+#include <system_error>
 
 using namespace globalmatch;
 
@@ -14,17 +18,11 @@ namespace {
 
 constexpr support::rgb source_colour = {213, 94, 0}, target_colour = {0, 114, 178};
 
-/// Both scans in the frame of the target, one colour each.
-void write_merged(const std::filesystem::path& path, const support::scan_file& source,
-                  const support::scan_file& target, const Eigen::Isometry3d& target_from_source) {
-  std::vector<Eigen::Vector3d> points;
-  for (const Eigen::Vector3d& p : target)
-    if (p.allFinite()) points.push_back(p);
-  std::vector<support::rgb> colours(points.size(), target_colour);
-  for (const Eigen::Vector3d& p : source)
-    if (p.allFinite()) points.push_back(target_from_source * p);
-  colours.resize(points.size(), source_colour);
-  support::write_ply(path, points, colours);
+/// Throws `file_error` where a scan would be replaced by what is read from it.
+void require_other_file(const std::filesystem::path& path, const std::filesystem::path& scan) {
+  std::error_code absent;
+  if (std::filesystem::equivalent(path, support::parse_scan_name(scan).path, absent))
+    throw support::file_error(path, "is one of the scans", "Name another file to write");
 }
 
 }  // namespace
@@ -39,9 +37,12 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("TARGET", target_file, "scan to register it with")->required();
   app.add_option("--out", out, "4 x 4 matrix to write, source to target")->required()->type_name("FILE");
-  app.add_option("--write", merged, "both scans in the target's frame (PLY), one colour each")
+  app.add_option(
+         "--write", merged,
+         "both scans in the target's frame with their attributes: .ply (one colour each), .las or .laz")
       ->type_name("FILE");
   app.add_option("--report", picture, "drawing of both stem maps before and after (SVG)")->type_name("FILE");
+  options.add_forms_to(app);
   options.add_mapping_to(app);
   options.add_matching_to(app);
   options.add_prior_to(app);
@@ -50,8 +51,15 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
-    const support::scan_file source = support::open_scan(source_file, options.for_reading());
-    const support::scan_file target = support::open_scan(target_file, options.for_reading());
+    support::require_forms(options.out_as);
+    support::scan_options reading = options.for_reading();
+    if (!merged.empty()) {
+      support::require_scan_format(merged);
+      for (const auto& scan : {source_file, target_file}) require_other_file(merged, scan);
+      reading.attributes = true;
+    }
+    const support::scan_file source = support::open_scan(source_file, reading);
+    const support::scan_file target = support::open_scan(target_file, reading);
     support::stage_clock clock;
     const auto [source_map, target_map, result] =
         register_scans(source, target, {options.for_mapping(), options.for_matching(), options.for_icp()},
@@ -59,8 +67,11 @@ int main(int argc, char** argv) {
     const double seconds = clock.seconds();
     clock.leave();
 
-    if (!merged.empty() && result.target_from_source)
-      write_merged(merged, source, target, *result.target_from_source);
+    if (!merged.empty() && result.target_from_source) {
+      const support::placed_scan scans[] = {{&target, Eigen::Isometry3d::Identity(), target_colour},
+                                            {&source, *result.target_from_source, source_colour}};
+      support::write_scans(merged, scans, options.threads);
+    }
     if (!picture.empty())
       support::write_report_picture(
           picture, source_map, target_map, result,
@@ -80,8 +91,10 @@ int main(int argc, char** argv) {
     support::print(support::warnings_of(result.matching));
     const bool lacks_height =
         options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
-    support::write_or_remove_transform(
-        out, lacks_height ? std::nullopt : result.target_from_source);  // last: it stands for the whole run
+    const auto trusted = lacks_height ? std::nullopt : result.target_from_source;
+    support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source_map.stems),
+                                   source_file, std::cout);
+    support::write_or_remove_transform(out, trusted);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     if (registered && options.dof == "4") {  // otherwise the reason says it
       support::warn_if_tilted(source_map, source_file);

@@ -57,10 +57,14 @@ atomic_file::~atomic_file() {
   fs::remove(written_, ignored);
 }
 
-void atomic_file::commit() {
-  stream_.close();
+void atomic_file::require_good() const {
   if (!stream_)
     throw file_error(path_, "could not be written to its end", "Check the free space of the disk");
+}
+
+void atomic_file::commit() {
+  stream_.close();
+  require_good();
   std::error_code error;
   if (written_ != path_) fs::rename(written_, path_, error);
   if (error)

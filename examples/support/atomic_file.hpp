@@ -22,6 +22,9 @@ class atomic_file {
 
   std::ostream& stream() { return stream_; }
 
+  /// Throws `file_error` when not everything could be written so far. To be asked during long work.
+  void require_good() const;
+
   /// Puts the file in its place. Throws `file_error` when not everything could be written.
   void commit();
 

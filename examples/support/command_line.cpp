@@ -92,6 +92,14 @@ void shared_options::add_threads_to(CLI::App& app) {
       ->capture_default_str();
 }
 
+void shared_options::add_forms_to(CLI::App& app) {
+  app.add_option("--out-as", out_as,
+                 "the transform in the form of the name, which may be given again: .mat.txt or .cc.txt "
+                 "(CloudCompare), .dat (RiSCAN PRO), .json (pipeline for PDAL); what applies it is printed")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+}
+
 void shared_options::add_execution_to(CLI::App& app) {
   add_threads_to(app);
   app.add_option("--json", json, "write counts, times and the result to this file")->type_name("FILE");

@@ -18,7 +18,7 @@ std::size_t count_e57_scans(input_file& file) {
   return e57_description(pages).scans();
 }
 
-opened_scan open_e57(input_file& file, std::size_t number, const scan_options&) {
+opened_scan open_e57(input_file& file, std::size_t number, const scan_options& options) {
   const auto pages = std::make_shared<const e57_pages>(file.bytes());
   const e57_description description(*pages);
   const e57_scan scan = description.scan(number);
@@ -29,7 +29,7 @@ opened_scan open_e57(input_file& file, std::size_t number, const scan_options&) 
     opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(opened.scans);
   opened.header.pose = scan.pose;
   opened.header.attributes = scan.attributes;
-  opened.points = std::make_unique<e57_points>(pages, scan);
+  opened.points = std::make_unique<e57_points>(pages, scan, options.attributes);
   return opened;
 }
 

@@ -123,6 +123,12 @@ std::optional<std::array<std::size_t, 3>> find_all(const std::vector<pugi::xml_n
   return found;
 }
 
+void add_attribute(const e57_pages& pages, const pugi::xml_node& leaf, std::size_t stream, e57_scan& scan) {
+  scan.attributes.emplace_back(leaf.name());
+  if (std::string_view(leaf.attribute("type").value()) != "String")
+    scan.numbers.emplace_back(leaf.name(), field_of(pages, leaf, stream));
+}
+
 // Which fields are the coordinates. Cartesian ones are preferred, as they need no conversion.
 void find_coordinates(const e57_pages& pages, const std::vector<pugi::xml_node>& leaves, e57_scan& scan) {
   auto found = find_all(leaves, {"cartesianX", "cartesianY", "cartesianZ"});
@@ -138,7 +144,7 @@ void find_coordinates(const e57_pages& pages, const std::vector<pugi::xml_node>&
     if (state == leaves[i].name())
       scan.invalid_state = field_of(pages, leaves[i], i);
     else if (std::find(found->begin(), found->end(), i) == found->end())
-      scan.attributes.emplace_back(leaves[i].name());
+      add_attribute(pages, leaves[i], i, scan);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/e57_pages.hpp"
@@ -33,9 +34,10 @@ struct e57_scan {
   std::size_t streams = 0;    ///< one for each field
   bool is_spherical = false;  ///< range, azimuth and elevation [rad] in place of x, y and z
   std::array<e57_field, 3> coordinates;
-  std::optional<e57_field> invalid_state;  ///< of the coordinates; 0 where they are valid
-  std::optional<Eigen::Isometry3d> pose;   ///< survey_from_file
-  std::vector<std::string> attributes;     ///< all other fields
+  std::optional<e57_field> invalid_state;                  ///< of the coordinates; 0 where they are valid
+  std::optional<Eigen::Isometry3d> pose;                   ///< survey_from_file
+  std::vector<std::string> attributes;                     ///< names of all other fields
+  std::vector<std::pair<std::string, e57_field>> numbers;  ///< those of them that are numbers
 };
 
 /// The scans of a file, in its order. Elements of `data3D` without points are none.

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
@@ -54,6 +55,22 @@ void unpack(const e57_field& field, const char* bytes, unsigned bit, std::span<d
     unpack_integers(field, bytes, bit, values);
 }
 
+// The smallest type that holds all values of a field.
+scalar storage_of(const e57_field& field) {
+  if (field.type == e57_field::number::float32) return scalar::float32;
+  if (field.type == e57_field::number::float64 || field.scale != 1 || field.offset != 0)
+    return scalar::float64;
+  const auto min = static_cast<double>(field.minimum), max = min + std::ldexp(1.0, int(field.bits)) - 1;
+  for (const scalar type :
+       {scalar::uint8, scalar::int8, scalar::uint16, scalar::int16, scalar::uint32, scalar::int32})
+    if (visit_type(type, [&]<class T>(T) {
+          using limits = std::numeric_limits<T>;
+          return min >= double(limits::min()) && max <= double(limits::max());
+        }))
+      return type;
+  return scalar::int64;
+}
+
 Eigen::Vector3d from_spherical(double range, double azimuth, double elevation) {
   const double horizontal = range * std::cos(elevation);
   return {horizontal * std::cos(azimuth), horizontal * std::sin(azimuth), range * std::sin(elevation)};
@@ -81,9 +98,16 @@ void e57_stream::read(const e57_pages& pages, std::uint64_t first, std::span<cha
   }
 }
 
-e57_points::e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan)
+e57_points::e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan, bool with_attributes)
     : pages_(std::move(pages)), scan_(scan), fields_(scan.coordinates.begin(), scan.coordinates.end()) {
   if (scan_.invalid_state) fields_.push_back(*scan_.invalid_state);
+  for (const auto& [name, field] : scan_.numbers) {
+    if (!with_attributes) break;
+    // E57 counts returns from 0, and LAS from 1.
+    const bool is_return = name == "returnIndex";
+    attributes_.push_back({is_return ? "return_number" : name, storage_of(field), 1, is_return ? 1.0 : 0.0});
+    fields_.push_back(field);
+  }
   streams_.resize(fields_.size());
   if (!is_complete()) find_packets();
 }
@@ -141,7 +165,7 @@ void e57_points::add_packet(std::uint64_t packet, std::uint64_t size) {
   }
 }
 
-// What decoding needs for some points: the bytes of one field, and the values of all.
+// What decoding needs for some points: the bytes of one field, and the values of some.
 struct e57_points::buffers {
   buffers(std::size_t points, std::size_t fields)
       : bytes(std::make_unique_for_overwrite<char[]>(8 * points + bytes_behind + 1)),
@@ -152,7 +176,7 @@ struct e57_points::buffers {
 };
 
 void e57_points::read(std::size_t first, std::span<Eigen::Vector3d> points) const {
-  buffers room(std::min(points.size(), points_at_once), fields_.size());
+  buffers room(std::min(points.size(), points_at_once), fields_.size() - attributes_.size());
   while (!points.empty()) {
     const auto some = points.first(std::min(points.size(), points_at_once));
     decode(first, some, room);
@@ -161,18 +185,22 @@ void e57_points::read(std::size_t first, std::span<Eigen::Vector3d> points) cons
   }
 }
 
+// `bytes` has room for `buffers`.
+void e57_points::decode_field(std::size_t index, std::size_t first, std::span<double> values,
+                              char* bytes) const {
+  const e57_field& f = fields_[index];
+  const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
+  const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + values.size());
+  const auto size = static_cast<std::size_t>(end - begin);
+  streams_[index].read(*pages_, begin, {bytes, size});
+  std::fill_n(bytes + size, bytes_behind, '\0');
+  unpack(f, bytes, bit % 8, values);
+}
+
 void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points, buffers& room) const {
-  char* const bytes = room.bytes.get();
   const auto values = [&](std::size_t field) { return room.values.get() + field * points.size(); };
-  for (std::size_t i = 0; i < fields_.size(); ++i) {
-    const e57_field& f = fields_[i];
-    const std::uint64_t bit = std::uint64_t(first % 8) * f.bits;
-    const std::uint64_t begin = first / 8 * f.bits + bit / 8, end = bytes_of(f, first + points.size());
-    const auto size = static_cast<std::size_t>(end - begin);
-    streams_[i].read(*pages_, begin, {bytes, size});
-    std::fill_n(bytes + size, bytes_behind, '\0');
-    unpack(f, bytes, bit % 8, {values(i), points.size()});
-  }
+  for (std::size_t i = 0; i < fields_.size() - attributes_.size(); ++i)
+    decode_field(i, first, {values(i), points.size()}, room.bytes.get());
   const double *x = values(0), *y = values(1), *z = values(2);
   for (std::size_t i = 0; i < points.size(); ++i)
     points[i] = scan_.is_spherical ? from_spherical(x[i], y[i], z[i]) : Eigen::Vector3d(x[i], y[i], z[i]);
@@ -180,6 +208,24 @@ void e57_points::decode(std::size_t first, std::span<Eigen::Vector3d> points, bu
   const double* invalid = values(3);
   for (std::size_t i = 0; i < points.size(); ++i)
     if (invalid[i] != 0) points[i].setConstant(std::numeric_limits<double>::quiet_NaN());
+}
+
+void e57_points::read_attributes(std::size_t first, std::size_t count,
+                                 std::span<attribute_column> columns) const {
+  const std::size_t first_field = fields_.size() - attributes_.size();
+  buffers room(std::min(count, points_at_once), 1);
+  for (attribute_column& column : columns)
+    visit_type(attributes_[column.attribute].type, [&]<class T>(T) {
+      column.numbers.resize(count * sizeof(T));
+      for (std::size_t done = 0; done < count;) {
+        const std::span some(room.values.get(), std::min(count - done, points_at_once));
+        decode_field(first_field + column.attribute, first + done, some, room.bytes.get());
+        for (const double value : some) {
+          const T number = nearest<T>(value);
+          std::memcpy(column.numbers.data() + done++ * sizeof(T), &number, sizeof(T));
+        }
+      }
+    });
 }
 
 }  // namespace globalmatch::support

@@ -37,11 +37,15 @@ class e57_stream {
 /// Points without valid coordinates are not-a-number. Nothing is kept in memory but where the packets are.
 class e57_points final : public point_source {
  public:
-  /// Finds the packets. Throws `file_error` when they hold less than all points.
-  e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan);
+  /// Finds the packets, those of attributes only if they are wanted. Throws `file_error` when they hold less
+  /// than all points.
+  e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan, bool with_attributes);
 
   std::size_t size() const override { return static_cast<std::size_t>(scan_.size); }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
+  std::vector<attribute> attributes() const override { return attributes_; }
+  void read_attributes(std::size_t first, std::size_t count,
+                       std::span<attribute_column> columns) const override;
 
  private:
   struct buffers;
@@ -50,10 +54,12 @@ class e57_points final : public point_source {
   bool is_complete() const;
   void add_packet(std::uint64_t packet, std::uint64_t size);
   void decode(std::size_t first, std::span<Eigen::Vector3d> points, buffers& room) const;
+  void decode_field(std::size_t index, std::size_t first, std::span<double> values, char* bytes) const;
 
   std::shared_ptr<const e57_pages> pages_;
   e57_scan scan_;
-  std::vector<e57_field> fields_;    // the coordinates, and the invalid state where there is one
+  std::vector<e57_field> fields_;  // the coordinates, the invalid state where there is one, attributes
+  std::vector<attribute> attributes_;
   std::vector<e57_stream> streams_;  // one for each field
 };
 

@@ -11,6 +11,7 @@
 #include "support/las_header.hpp"
 #include "support/las_points.hpp"
 #include "support/laz.hpp"
+#include "support/record_fields.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support {
@@ -30,9 +31,10 @@ std::uint64_t count_points(const file_bytes& file, const las_header& header) {
 /// Points that are not compressed.
 class las_points final : public point_source {
  public:
-  las_points(file_bytes file, const las_header& header, bool keep_marked)
+  las_points(file_bytes file, const las_header& header, std::vector<record_field> fields, bool keep_marked)
       : file_(std::move(file)),
         header_(header),
+        fields_(std::move(fields)),
         scaling_(header.scale, header.offset, keep_marked,
                  static_cast<std::size_t>(count_points(file_, header))) {}
 
@@ -47,6 +49,16 @@ class las_points final : public point_source {
       read_block(begin, points.subspan(done, count), bytes.get());
       done += count;
     }
+  }
+
+  std::vector<attribute> attributes() const override { return attributes_of(fields_); }
+
+  void read_attributes(std::size_t first, std::size_t count,
+                       std::span<attribute_column> columns) const override {
+    const std::size_t bytes = count * header_.record_size;
+    const auto records = std::make_unique_for_overwrite<char[]>(bytes);
+    file_.read(header_.points_at + std::uint64_t(first) * header_.record_size, {records.get(), bytes});
+    gather({records.get(), header_.record_size, count}, fields_, columns);
   }
 
   marked_points marked() const override { return scaling_.marked(); }
@@ -99,6 +111,7 @@ class las_points final : public point_source {
 
   file_bytes file_;
   las_header header_;
+  std::vector<record_field> fields_;
   mutable point_scaling scaling_;
 };
 
@@ -111,10 +124,14 @@ opened_scan open_las(input_file& file, const scan_options& options) {
   opened_scan scan;
   scan.header.format = las_format_name(header, records);
   scan.header.attributes = las_attributes(header, records);
+  scan.header.las =
+      las_frame{header.scale, header.offset, header.format, header.encoding, records.projection};
+  std::vector<record_field> fields = las_record_fields(header, records);
   if (records.laszip)
-    scan.points = open_laz(std::move(bytes), header, *records.laszip, options);
+    scan.points = open_laz(std::move(bytes), header, *records.laszip, std::move(fields), options);
   else
-    scan.points = std::make_unique<las_points>(std::move(bytes), header, options.keep_marked);
+    scan.points =
+        std::make_unique<las_points>(std::move(bytes), header, std::move(fields), options.keep_marked);
   return scan;
 }
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <string_view>
 
+#include "support/las_fields.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support {
@@ -37,6 +38,7 @@ std::string read_text(const file_bytes& file, std::uint64_t offset, std::size_t 
 
 las_header parse_header(std::string_view bytes) {
   las_header header;
+  header.encoding = at<std::uint16_t>(bytes, 6);
   header.minor_version = at<std::uint8_t>(bytes, 25);
   header.size = at<std::uint16_t>(bytes, 94);
   header.points_at = at<std::uint32_t>(bytes, 96);
@@ -70,8 +72,8 @@ laszip_record parse_laszip(const file_bytes& file, std::string_view bytes) {
   return record;
 }
 
-std::vector<std::string> parse_extra_bytes(std::string_view bytes) {
-  constexpr std::size_t size = 192;
+std::vector<std::string> names_of_extra_bytes(std::string_view bytes) {
+  constexpr std::size_t size = extra_description_size;
   std::vector<std::string> names;
   for (; bytes.size() >= size; bytes.remove_prefix(size)) names.emplace_back(text_at(bytes, 4, 32));
   return names;
@@ -102,13 +104,14 @@ las_records read_las_records(const file_bytes& file, const las_header& header) {
     if (header.points_at - offset < record_header_size) break;
     const std::string start = read_text(file, offset, record_header_size);
     const std::string_view user = text_at(start, 2, 16);
-    const unsigned number = at<std::uint16_t>(start, 18);
+    const auto number = at<std::uint16_t>(start, 18);
     const std::size_t size = at<std::uint16_t>(start, 20);
     offset += record_header_size;
     if (size > header.points_at - offset) break;
     const auto content = [&] { return read_text(file, offset, size); };
     if (user == "laszip encoded" && !records.laszip) records.laszip = parse_laszip(file, content());
-    if (user == "LASF_Spec" && number == 4) records.extra_bytes = parse_extra_bytes(content());
+    if (user == "LASF_Spec" && number == 4) records.extra_bytes = content();
+    if (user == "LASF_Projection") records.projection.emplace_back(number, content());
     if (user == "copc" && number == 1) records.is_copc = true;
     offset += size;
   }
@@ -144,8 +147,18 @@ std::vector<std::string> las_attributes(const las_header& header, const las_reco
   if (is_one_of({2, 3, 5, 7, 8, 10})) names.insert(names.end(), {"red", "green", "blue"});
   if (is_one_of({8, 10})) names.insert(names.end(), {"near infrared"});
   if (is_one_of({4, 5, 9, 10})) names.insert(names.end(), {"wave packet"});
-  names.insert(names.end(), records.extra_bytes.begin(), records.extra_bytes.end());
+  const std::vector<std::string> extra = names_of_extra_bytes(records.extra_bytes);
+  names.insert(names.end(), extra.begin(), extra.end());
   return names;
+}
+
+std::vector<record_field> las_record_fields(const las_header& header, const las_records& records) {
+  std::vector<record_field> fields = las_fields(header.format);
+  const std::size_t size = las_format_size(header.format);
+  if (size == 0 || header.record_size < size) return {};
+  const auto extra = extra_fields(records.extra_bytes, size, header.record_size);
+  fields.insert(fields.end(), extra.begin(), extra.end());
+  return fields;
 }
 
 }  // namespace globalmatch::support

@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "support/file_bytes.hpp"
+#include "support/record_fields.hpp"
 
 namespace globalmatch::support {
 
@@ -17,6 +19,7 @@ struct las_header {
   unsigned minor_version;          ///< of version 1
   unsigned format;                 ///< of the point records
   bool has_compressed_bits;        ///< compressors mark the format so
+  std::uint16_t encoding;          ///< bits that say what times and projections are
   std::uint16_t size;              ///< [bytes] of the header
   std::uint32_t variable_records;  ///< between the header and the points; some writers miscount them
   std::uint64_t points_at;         ///< [bytes] from the start of the file
@@ -46,7 +49,8 @@ struct laszip_record {
 /// What the records between the header and the points say about the points.
 struct las_records {
   std::optional<laszip_record> laszip;
-  std::vector<std::string> extra_bytes;  ///< names of attributes behind those of the point format
+  std::string extra_bytes;  ///< what describes the attributes behind those of the point format
+  std::vector<std::pair<std::uint16_t, std::string>> projection;  ///< numbers and contents
   bool is_copc = false;
 };
 
@@ -61,6 +65,9 @@ std::string las_format_name(const las_header& header, const las_records& records
 
 /// What each point has besides coordinates.
 std::vector<std::string> las_attributes(const las_header& header, const las_records& records);
+
+/// Where the attributes are in a record that are no wave packets.
+std::vector<record_field> las_record_fields(const las_header& header, const las_records& records);
 
 /// [bytes] of a record of the format without extra bytes; 0 if there is no such format.
 std::size_t las_format_size(unsigned format);

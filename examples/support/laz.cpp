@@ -1,15 +1,17 @@
 #include "support/laz.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "globalmatch/detail/core/threads.hpp"
 #include "support/class_counts.hpp"
 #include "support/large_array.hpp"
 #include "support/las_points.hpp"
+#include "support/laz_chunk_cache.hpp"
 #include "support/laz_chunk_decoder.hpp"
 #include "support/laz_chunk_table.hpp"
-#include "support/laz_decoded_chunks.hpp"
 
 namespace globalmatch::support {
 
@@ -27,25 +29,6 @@ using laz::record_layout;
             "Convert it: las2las -i " + in + " -o " + out + "   or: pdal translate " + in + " " + out);
 }
 
-// The items of a record as current compressors code them.
-std::vector<laszip_record::item> usual_items(const record_layout& layout) {
-  const auto version = static_cast<std::uint16_t>(layout.is_layered() ? layout.version : 2);
-  std::vector<laszip_record::item> items;
-  if (layout.is_layered()) {
-    items.push_back({10, 30, version});
-    if (layout.has_infrared()) items.push_back({12, 8, version});
-    if (layout.has_color() && !layout.has_infrared()) items.push_back({11, 6, version});
-  } else {
-    items.push_back({6, 20, version});
-    if (layout.has_time()) items.push_back({7, 8, version});
-    if (layout.has_color()) items.push_back({8, 6, version});
-  }
-  const std::uint16_t bytes = layout.is_layered() ? 14 : 0;
-  if (layout.extra_bytes > 0)
-    items.push_back({bytes, static_cast<std::uint16_t>(layout.extra_bytes), version});
-  return items;
-}
-
 record_layout layout_of(const file_bytes& file, const las_header& header, const laszip_record& laszip) {
   constexpr unsigned pointwise = 1, chunked = 2, layered = 3;
   const unsigned format = header.format;
@@ -56,56 +39,89 @@ record_layout layout_of(const file_bytes& file, const las_header& header, const 
   if (header.record_size < size || laszip.chunk_size == 0)
     file.fail("has a damaged LAS header", "Copy or export the scan again");
   const record_layout layout{format, header.record_size - size, laszip.items.front().version};
-  if (laszip.items != usual_items(layout) ||
+  if (laszip.items != laz::laszip_items(layout) ||
       (layout.is_layered() && layout.version != 3 && layout.version != 4))
     refuse(file, "with items of an unknown version");
   return layout;
 }
 
-/// What points have in common that are decoded at once and those that are decoded when they are asked for.
+/// What is kept of a chunk.
+struct chunk_points {
+  std::vector<raw_point> points;
+  std::vector<point_mark> marks;
+};
+using chunk_records = std::vector<char>;
+
+/// A file, its chunks, and their attributes, which are decoded when they are asked for.
 class laz_points : public point_source {
  public:
-  std::size_t size() const final { return scaling_.size(); }
-  marked_points marked() const final { return scaling_.marked(); }
+  laz_points(file_bytes file, const las_header& header, const record_layout& layout,
+             std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
+      : file_(std::move(file)),
+        chunks_(std::move(chunks)),
+        decoders_(file_, layout),
+        scaling_(header.scale, header.offset, options.keep_marked, size_of_all(chunks_)),
+        fields_(std::move(fields)),
+        record_size_(header.record_size),
+        records_(chunks_, options.threads, [this](const laz::chunk& chunk, chunk_records& records) {
+          records.resize(static_cast<std::size_t>(chunk.count) * record_size_);
+          decoders_.decode_records(chunk, records);
+        }) {}
 
-  std::optional<class_counts> count_classes(const execution& exec) const final {
-    laz::chunk_decoders decoders(file_, layout_);
+  static std::size_t size_of_all(const std::vector<laz::chunk>& chunks) {
+    return chunks.empty() ? 0 : static_cast<std::size_t>(chunks.back().first + chunks.back().count);
+  }
+
+  std::size_t size() const override { return scaling_.size(); }
+  marked_points marked() const override { return scaling_.marked(); }
+  std::vector<attribute> attributes() const override { return attributes_of(fields_); }
+
+  void read_attributes(std::size_t first, std::size_t count,
+                       std::span<attribute_column> columns) const override {
+    std::vector<char> bytes(count * record_size_);
+    records_.for_each_piece(
+        first, count,
+        [&](const chunk_records& records, std::size_t begin, std::size_t size, std::size_t done) {
+          std::copy_n(records.data() + begin * record_size_, size * record_size_,
+                      bytes.data() + done * record_size_);
+        });
+    gather({bytes.data(), record_size_, count}, fields_, columns);
+  }
+
+  std::optional<class_counts> count_classes(const execution& exec) const override {
     return count_in_chunks(exec, chunks_.size(), 1,
                            [&](std::size_t begin, std::size_t end, class_counts& counts) {
-                             for (std::size_t i = begin; i < end; ++i) decoders.count(chunks_[i], counts);
+                             for (std::size_t i = begin; i < end; ++i) decoders_.count(chunks_[i], counts);
                            });
   }
 
  protected:
-  laz_points(file_bytes file, const las_header& header, const record_layout& layout,
-             std::vector<laz::chunk> chunks, bool keep_marked, std::size_t size)
-      : file_(std::move(file)),
-        layout_(layout),
-        chunks_(std::move(chunks)),
-        scaling_(header.scale, header.offset, keep_marked, size) {}
-
   file_bytes file_;
-  record_layout layout_;
   std::vector<laz::chunk> chunks_;
+  mutable laz::chunk_decoders decoders_;
   mutable point_scaling scaling_;
+
+ private:
+  std::vector<record_field> fields_;
+  std::size_t record_size_;
+  mutable laz::chunk_cache<chunk_records> records_;
 };
 
 /// Points of which coordinates and marks were decoded at once.
 class decoded_laz final : public laz_points {
  public:
   decoded_laz(file_bytes file, const las_header& header, const record_layout& layout,
-              std::vector<laz::chunk> chunks, const scan_options& options, std::size_t size)
-      : laz_points(std::move(file), header, layout, std::move(chunks), options.keep_marked, size),
-        points_(size),
-        marks_(size) {
-    laz::chunk_decoders decoders(file_, layout_);
+              std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
+      : laz_points(std::move(file), header, layout, std::move(chunks), std::move(fields), options),
+        points_(size()),
+        marks_(size()) {
     const execution exec{.threads = options.threads};
     detail::parallel_for(
         exec, "decode points", chunks_.size(),
         [&](std::size_t i) {
           const auto first = static_cast<std::size_t>(chunks_[i].first);
           const auto count = static_cast<std::size_t>(chunks_[i].count);
-          decoders.decode(chunks_[i], {points_.data() + first, count}, {marks_.data() + first, count});
+          decoders_.decode(chunks_[i], {points_.data() + first, count}, {marks_.data() + first, count});
         },
         1);
   }
@@ -123,10 +139,15 @@ class decoded_laz final : public laz_points {
 /// Points that are decoded when they are asked for.
 class streamed_laz final : public laz_points {
  public:
-  streamed_laz(const file_bytes& file, const las_header& header, const record_layout& layout,
-               const std::vector<laz::chunk>& chunks, const scan_options& options, std::size_t size)
-      : laz_points(file, header, layout, chunks, options.keep_marked, size),
-        decoded_(file, layout, chunks, options.threads) {}
+  streamed_laz(file_bytes file, const las_header& header, const record_layout& layout,
+               std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
+      : laz_points(std::move(file), header, layout, std::move(chunks), std::move(fields), options),
+        decoded_(chunks_, options.threads, [this](const laz::chunk& chunk, chunk_points& content) {
+          const auto count = static_cast<std::size_t>(chunk.count);
+          content.points.resize(count);
+          content.marks.resize(count);
+          decoders_.decode(chunk, content.points, content.marks);
+        }) {}
 
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override {
     raw_point raw[block_size];
@@ -134,27 +155,34 @@ class streamed_laz final : public laz_points {
     for (std::size_t done = 0; done < points.size();) {
       const std::size_t begin = first + done;
       const std::size_t count = std::min(points.size() - done, block_size - begin % block_size);
-      decoded_.read(begin, {raw, count}, {marks, count});
+      decoded_.for_each_piece(
+          begin, count, [&](const chunk_points& from, std::size_t at, std::size_t size, std::size_t behind) {
+            std::copy_n(from.points.data() + at, size, raw + behind);
+            std::copy_n(from.marks.data() + at, size, marks + behind);
+          });
       scaling_.scale(begin, {raw, count}, {marks, count}, points.subspan(done, count));
       done += count;
     }
   }
 
  private:
-  mutable laz::decoded_chunks decoded_;
+  mutable laz::chunk_cache<chunk_points> decoded_;
 };
 
 }  // namespace
 
 std::unique_ptr<point_source> open_laz(file_bytes file, const las_header& header, const laszip_record& laszip,
-                                       const scan_options& options) {
+                                       std::vector<record_field> fields, const scan_options& options) {
   const record_layout layout = layout_of(file, header, laszip);
   std::vector<laz::chunk> chunks = laz::locate_chunks(file, header, laszip, layout);
-  const std::uint64_t size = chunks.empty() ? 0 : chunks.back().first + chunks.back().count;
-  const auto count = static_cast<std::size_t>(size);
-  if (size <= options.memory / (sizeof(raw_point) + sizeof(point_mark)))
-    return std::make_unique<decoded_laz>(std::move(file), header, layout, std::move(chunks), options, count);
-  return std::make_unique<streamed_laz>(file, header, layout, chunks, options, count);
+  const std::uint64_t size = laz_points::size_of_all(chunks);
+  const auto open = [&]<class Points>(std::type_identity<Points>) -> std::unique_ptr<point_source> {
+    return std::make_unique<Points>(std::move(file), header, layout, std::move(chunks), std::move(fields),
+                                    options);
+  };
+  return size <= options.memory / (sizeof(raw_point) + sizeof(point_mark))
+             ? open(std::type_identity<decoded_laz>())
+             : open(std::type_identity<streamed_laz>());
 }
 
 }  // namespace globalmatch::support

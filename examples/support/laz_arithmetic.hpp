@@ -1,4 +1,5 @@
-// Internal to the LAZ reader: the adaptive arithmetic coding of LASzip, decoded.
+// Internal to the LAZ reader and writer: the adaptive arithmetic coding of LASzip, its models and its
+// decoder.
 //
 // Learned from the sources of LASzip (rapidlasso), laz-perf (Hobu) and laz-rs (Thomas Montaigu), all under
 // the Apache License 2.0. The coder is that of Amir Said, "Introduction to Arithmetic Coding" (HPL-2004-76).
@@ -24,8 +25,8 @@
 namespace globalmatch::support::laz {
 
 /// How often each of some symbols came so far, and what part of the interval each has. Nothing is initialised
-/// before `reset`: a chunk uses few of its models.
-template <std::uint32_t Capacity>
+/// before `reset`: a chunk uses few of its models. Only decoders search for symbols, in a table.
+template <std::uint32_t Capacity, bool HasTable = true>
 class symbol_model {
  public:
   LAZ_NOINLINE void reset(std::uint32_t symbols = Capacity) {
@@ -41,6 +42,7 @@ class symbol_model {
 
  private:
   friend class arithmetic_decoder;
+  friend class arithmetic_encoder;
 
   // The unit of the interval, and the counts above which all are halved.
   static constexpr unsigned unit_bits = 15;
@@ -56,18 +58,20 @@ class symbol_model {
   };
 
   LAZ_NOINLINE void update();
+  void fill_table();
 
   // The interval is divided in parts of `length >> 15`, of which there are up to 63 more than 2^15.
   static constexpr std::size_t extra_buckets = 2;
   static constexpr std::size_t stride = 16;  // symbols that are stored at once
 
   std::uint32_t until_update_, cycle_, total_, symbols_;
-  part parts_[Capacity + 1];                                // behind the last: where nothing begins
-  stored_symbol firsts_[buckets + extra_buckets + stride];  // the symbol at the begin of each bucket
+  part parts_[Capacity + 1];  // behind the last: where nothing begins
+  // The symbol at the begin of each bucket.
+  stored_symbol firsts_[HasTable ? buckets + extra_buckets + stride : 1];
 };
 
-template <std::uint32_t Capacity>
-void symbol_model<Capacity>::update() {
+template <std::uint32_t Capacity, bool HasTable>
+void symbol_model<Capacity, HasTable>::update() {
   total_ += cycle_;
   if (total_ > 1u << unit_bits) {
     total_ = 0;
@@ -83,6 +87,13 @@ void symbol_model<Capacity>::update() {
     sum += parts_[k].count;
   }
   parts_[symbols_].begin = 0xFFFF;
+  if constexpr (HasTable) fill_table();
+  cycle_ = std::min(5 * cycle_ / 4, 8 * (symbols_ + 6));
+  until_update_ = cycle_;
+}
+
+template <std::uint32_t Capacity, bool HasTable>
+void symbol_model<Capacity, HasTable>::fill_table() {
   for (std::uint32_t k = 0; k < symbols_; ++k) {
     // Buckets that begin before the symbol are that of another; what is stored beyond its end is overwritten.
     const auto bucket_from = [](std::uint32_t begin) {
@@ -94,8 +105,6 @@ void symbol_model<Capacity>::update() {
     for (std::size_t at = bucket_from(parts_[k].begin); at < end; at += stride)
       std::memcpy(firsts_ + at, stored, sizeof(stored));
   }
-  cycle_ = std::min(5 * cycle_ / 4, 8 * (symbols_ + 6));
-  until_update_ = cycle_;
 }
 
 /// The same of two symbols.
@@ -110,6 +119,7 @@ class bit_model {
 
  private:
   friend class arithmetic_decoder;
+  friend class arithmetic_encoder;
   static constexpr unsigned probability_bits = 13;
 
   LAZ_INLINE void count(bool one) {

@@ -1,4 +1,4 @@
-// Internal to the LAZ reader: GPS times and colours, which all point formats code alike.
+// Internal to the LAZ reader and writer: GPS times and colours, which all point formats code alike.
 #pragma once
 
 #include <algorithm>
@@ -18,16 +18,57 @@ struct damaged_chunk : std::runtime_error {
   damaged_chunk() : std::runtime_error("damaged chunk of compressed points") {}
 };
 
+/// What is coded of a GPS time that follows a difference other than zero: by which multiple of it the time
+/// changes, or what else it is.
+struct time_symbols {
+  static constexpr std::uint32_t max_multiple = 500, min_multiple = 510;  // the latter is -10
+  static constexpr std::uint32_t unchanged = 511, full = 512;
+
+  static std::size_t context_of(std::uint32_t symbol) {
+    return symbol == 0              ? 7
+           : symbol == 1            ? 1
+           : symbol < 10            ? 2
+           : symbol < max_multiple  ? 3
+           : symbol == max_multiple ? 4
+           : symbol < min_multiple  ? 5
+                                    : 6;
+  }
+
+  static std::int32_t predicted_by(std::uint32_t symbol, std::int32_t difference) {
+    const std::uint32_t factor = symbol <= max_multiple ? symbol : max_multiple - symbol;
+    return static_cast<std::int32_t>(factor * static_cast<std::uint32_t>(difference));
+  }
+};
+
+/// Times that follow each other.
+struct time_sequence {
+  std::uint64_t last;
+  std::int32_t difference;
+  std::int32_t extremes;  ///< differences that were not near a multiple of the last, one after the other
+
+  /// Takes up a difference that was coded by a multiple.
+  LAZ_INLINE void count(std::uint32_t symbol, std::int32_t new_difference) {
+    if (symbol == 1) {
+      extremes = 0;
+    } else if (symbol == 0 || symbol == time_symbols::max_multiple || symbol == time_symbols::min_multiple) {
+      if (++extremes > 3) {
+        difference = new_difference;
+        extremes = 0;
+      }
+    }
+  }
+};
+
 /// GPS times, of which up to four sequences are interleaved: each has a last time and a last difference, as
 /// integers of the same bits. Formats 0 to 5 have a symbol for times that do not change.
 template <bool HasUnchanged>
-class time_decoder {
+class time_decoder : time_symbols {
  public:
   void reset(std::uint64_t first) {
     zero_.reset(HasUnchanged ? 6 : 5);
     multiple_.reset(HasUnchanged ? 516 : 515);
     corrections_.reset();
-    std::fill_n(sequences_, 4, sequence{0, 0, 0});
+    std::fill_n(sequences_, 4, time_sequence{0, 0, 0});
     sequences_[0].last = first;
     current_ = newest_ = 0;
   }
@@ -44,18 +85,9 @@ class time_decoder {
   }
 
  private:
-  struct sequence {
-    std::uint64_t last;
-    std::int32_t difference;
-    std::int32_t extremes;  ///< differences that were not near a multiple of the last, one after the other
-  };
-
-  static constexpr std::uint32_t max_multiple = 500, min_multiple = 510;  // the latter is -10
-  static constexpr std::uint32_t unchanged = 511, full = 512;
-
   // The number of sequences to go on by; 0: the time was decoded.
   LAZ_INLINE std::uint32_t decode_after_zero(arithmetic_decoder& in) {
-    sequence& s = sequences_[current_];
+    time_sequence& s = sequences_[current_];
     const std::uint32_t symbol = in.decode(zero_) + !HasUnchanged;
     if (symbol == 1) {
       s.difference = corrections_.decode(in, 0, 0);
@@ -79,26 +111,11 @@ class time_decoder {
   }
 
   LAZ_INLINE void decode_difference(arithmetic_decoder& in, std::uint32_t symbol) {
-    sequence& s = sequences_[current_];
-    const std::uint32_t factor = symbol <= max_multiple ? symbol : max_multiple - symbol;
-    const std::size_t context = symbol == 0              ? 7
-                                : symbol == 1            ? 1
-                                : symbol < 10            ? 2
-                                : symbol < max_multiple  ? 3
-                                : symbol == max_multiple ? 4
-                                : symbol < min_multiple  ? 5
-                                                         : 6;
-    const auto predicted = static_cast<std::int32_t>(factor * static_cast<std::uint32_t>(s.difference));
-    const std::int32_t difference = corrections_.decode(in, predicted, context);
+    time_sequence& s = sequences_[current_];
+    const std::int32_t difference =
+        corrections_.decode(in, predicted_by(symbol, s.difference), context_of(symbol));
     s.last += static_cast<std::uint64_t>(std::int64_t(difference));
-    if (symbol == 1) {
-      s.extremes = 0;
-    } else if (symbol == 0 || symbol == max_multiple || symbol == min_multiple) {
-      if (++s.extremes > 3) {
-        s.difference = difference;
-        s.extremes = 0;
-      }
-    }
+    s.count(symbol, difference);
   }
 
   LAZ_INLINE void decode_full(arithmetic_decoder& in) {
@@ -111,7 +128,7 @@ class time_decoder {
   }
 
   std::uint32_t current_, newest_;
-  sequence sequences_[4];
+  time_sequence sequences_[4];
   symbol_model<6> zero_;
   symbol_model<516> multiple_;
   integer_decoder<32, 9> corrections_;

@@ -147,4 +147,8 @@ void chunk_decoders::count(const chunk& chunk, class_counts& counts) {
   with_decoder([&](chunk_decoder& decoder) { decoder.count(chunk, counts); });
 }
 
+void chunk_decoders::decode_records(const chunk& chunk, std::span<char> records) {
+  with_decoder([&](chunk_decoder& decoder) { decoder.decode_records(chunk, records); });
+}
+
 }  // namespace globalmatch::support::laz

@@ -53,6 +53,7 @@ class chunk_decoders {
 
   void decode(const chunk& chunk, std::span<raw_point> points, std::span<point_mark> marks);
   void count(const chunk& chunk, class_counts& counts);
+  void decode_records(const chunk& chunk, std::span<char> records);
 
  private:
   template <class Work>

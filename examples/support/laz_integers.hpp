@@ -1,4 +1,4 @@
-// Internal to the LAZ reader: integers that are coded as corrections of predictions.
+// Internal to the LAZ reader and writer: integers that are coded as corrections of predictions.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,13 @@
 namespace globalmatch::support::laz {
 
 /// Models that are reset when they are first used after a `reset` of all: most chunks use few.
-template <std::uint32_t Capacity, std::size_t Count>
+template <std::uint32_t Capacity, std::size_t Count, bool HasTable = true>
 class lazy_models {
  public:
   void reset() { ++epoch_; }
 
-  LAZ_INLINE symbol_model<Capacity>& get(std::size_t index, std::uint32_t symbols = Capacity) {
-    symbol_model<Capacity>& model = models_[index];
+  LAZ_INLINE symbol_model<Capacity, HasTable>& get(std::size_t index, std::uint32_t symbols = Capacity) {
+    symbol_model<Capacity, HasTable>& model = models_[index];
     if (model.epoch != epoch_) {
       model.epoch = epoch_;
       model.reset(symbols);
@@ -26,7 +26,7 @@ class lazy_models {
 
  private:
   std::uint32_t epoch_ = 0;
-  symbol_model<Capacity> models_[Count];
+  symbol_model<Capacity, HasTable> models_[Count];
 };
 
 /// Decodes integers of `Bits` bits. What is coded first is the number of bits of the correction, with a model

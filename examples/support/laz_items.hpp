@@ -14,6 +14,7 @@
 #include "support/laz_integers.hpp"
 #include "support/laz_layout.hpp"
 #include "support/laz_points.hpp"
+#include "support/laz_returns.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support::laz {
@@ -82,14 +83,6 @@ class point10_decoder {
   }
 
  private:
-  // Points of the same number of return and number of returns are alike. Compressors map the pairs that
-  // make no sense to some kind, too.
-  static constexpr std::uint8_t return_kinds[8][8] = {
-      {15, 14, 13, 12, 11, 10, 9, 8},  {14, 0, 1, 3, 6, 10, 10, 9},    {13, 1, 2, 4, 7, 11, 11, 10},
-      {12, 3, 4, 5, 8, 12, 12, 11},    {11, 6, 7, 8, 9, 13, 13, 12},   {10, 10, 11, 12, 13, 14, 14, 13},
-      {9, 10, 11, 12, 13, 14, 15, 14}, {8, 9, 10, 11, 12, 13, 14, 15},
-  };
-
   LAZ_INLINE void decode_attributes(arithmetic_decoder& in);
   LAZ_INLINE void decode_position(arithmetic_decoder& in);
 
@@ -113,8 +106,8 @@ void point10_decoder::decode_attributes(arithmetic_decoder& in) {
   const std::uint32_t changed = in.decode(changed_);
   if (changed & 32) last_.returns = static_cast<std::uint8_t>(in.decode(returns_.get(last_.returns)));
   const unsigned number = last_.returns & 7u, count = last_.returns >> 3 & 7u;
-  kind_ = return_kinds[count][number];
-  level_ = number > count ? number - count : count - number;
+  kind_ = kind_of_short(number, count);
+  level_ = returns_left(number, count);
   is_single_ = count == 1;
   if (!changed) return;
   if (changed & 16)

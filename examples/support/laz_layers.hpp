@@ -11,6 +11,7 @@
 #include "support/laz_integers.hpp"
 #include "support/laz_layout.hpp"
 #include "support/laz_points.hpp"
+#include "support/laz_returns.hpp"
 #include "support/scalars.hpp"
 
 namespace globalmatch::support::laz {
@@ -105,8 +106,6 @@ class channel_decoder {
   void decode_attributes(layer (&layers)[point_layers], std::uint32_t changes);
 
  private:
-  static std::uint32_t kind_of(unsigned number, unsigned count);
-
   point14 last_;
   bool time_changed_, is_single_;
   std::uint32_t kind_, level_;  // of the last point
@@ -152,22 +151,6 @@ inline void channel_decoder::reset(const point14& first) {
   time_.reset(first.time);
 }
 
-// Differences of points of the same number of return and number of returns are alike: one return, first and
-// last of several, and those between. Compressors map the pairs that make no sense to some kind, too.
-inline std::uint32_t channel_decoder::kind_of(unsigned number, unsigned count) {
-  static constexpr std::uint8_t kinds[16][16] = {
-      {0, 1, 2, 3, 4, 5, 3, 4, 4, 5, 5, 5, 5, 5, 5, 5}, {1, 0, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3},
-      {2, 1, 2, 4, 4, 4, 4, 4, 4, 4, 4, 3, 3, 3, 3, 3}, {3, 3, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4},
-      {4, 3, 4, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4}, {5, 3, 4, 4, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4},
-      {3, 3, 4, 4, 4, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4, 4}, {4, 3, 4, 4, 4, 4, 4, 5, 4, 4, 4, 4, 4, 4, 4, 4},
-      {4, 3, 4, 4, 4, 4, 4, 4, 5, 4, 4, 4, 4, 4, 4, 4}, {5, 3, 4, 4, 4, 4, 4, 4, 4, 5, 4, 4, 4, 4, 4, 4},
-      {5, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 4, 4, 4, 4, 4}, {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 4, 4, 4},
-      {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 4, 4}, {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5, 4},
-      {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5, 5}, {5, 3, 3, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 4, 5, 5},
-  };
-  return kinds[count][number];
-}
-
 void channel_decoder::decode_returns(arithmetic_decoder& in, std::uint32_t changes) {
   time_changed_ = (changes & 16) != 0;
   if (changes & 4)
@@ -187,8 +170,8 @@ void channel_decoder::decode_returns(arithmetic_decoder& in, std::uint32_t chang
   number &= 15u;
   last_.return_number = static_cast<std::uint8_t>(number);
   const unsigned count = last_.return_count;
-  kind_ = 2 * kind_of(number, count) + time_changed_;
-  level_ = std::min(number > count ? number - count : count - number, 7u);
+  kind_ = 2 * kind_of_long(number, count) + time_changed_;
+  level_ = std::min(returns_left(number, count), 7u);
   is_single_ = count == 1;
 }
 

@@ -1,8 +1,11 @@
-// Internal to the LAZ reader: what records and chunks consist of.
+// Internal to the LAZ reader and writer: what records and chunks consist of.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
+
+#include "support/las_header.hpp"
 
 namespace globalmatch::support::laz {
 
@@ -43,6 +46,9 @@ struct record_layout {
   /// Layers from the first that coordinates and marks need.
   static constexpr std::size_t coordinate_layers = flags_layer + 1;
 };
+
+/// The items of a record as current compressors code them.
+std::vector<laszip_record::item> laszip_items(const record_layout& layout);
 
 /// Points of a file that are coded together.
 struct chunk {

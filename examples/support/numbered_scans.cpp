@@ -67,9 +67,9 @@ const format_of_several* find_format_of_several(std::string_view start) {
 }
 
 opened_scan open_single(input_file& file, std::string_view start, const scan_options& options) {
-  if (looks_like_ply(start)) return open_ply(file);
+  if (looks_like_ply(start)) return open_ply(file, options);
   if (start.starts_with("LASF")) return open_las(file, options);
-  if (looks_like_pcd(start)) return open_pcd(file);
+  if (looks_like_pcd(start)) return open_pcd(file, options);
   if (const auto format = recognise_makers_format(start, file.path()))
     file.fail(format->problem, format->remedy);
   if (start.find('\0') != std::string_view::npos)
@@ -81,7 +81,7 @@ opened_scan open_single(input_file& file, std::string_view start, const scan_opt
   if (looks_like_obj(start))
     file.fail("is an OBJ file, which this program does not read",
               "Export its vertices as PLY or text (x y z)");
-  return open_text(file);
+  return open_text(file, options);
 }
 
 // Where no scan is named, the first is read: only then is it known whether there are others.

@@ -33,6 +33,10 @@ struct pcd_layout {
   std::array<std::size_t, 3> offsets = {};  ///< [bytes] in a binary record
   std::array<std::size_t, 3> strides = {};  ///< [bytes] from point to point where data are sorted by field
   std::array<scalar, 3> types = {};
+  std::vector<record_field> fields = {};   ///< attributes in a binary record
+  std::vector<std::size_t> field_columns;  ///< of each of them in a line of text
+  /// [bytes] of the PCD field that each is part of: where it begins in a record, and its size.
+  std::vector<std::pair<std::size_t, std::size_t>> field_places;
   std::size_t record_columns = 0;
   std::size_t record_size = 0;
 };
@@ -83,6 +87,23 @@ std::optional<scalar> scalar_of(std::string_view type, std::string_view size) {
   return std::nullopt;
 }
 
+// Attributes of a field: one for each of its numbers, or the colours that the bytes of one number are.
+void add_attributes(const std::string& name, scalar type, std::size_t count, bool is_text,
+                    pcd_layout& layout) {
+  constexpr std::size_t max_attributes = 4096;  // fields may announce any number of them
+  if (name == "_" || layout.fields.size() + count > max_attributes) return;
+  const bool is_color = (name == "rgb" || name == "rgba") && size_of(type) == 4 && count == 1 && !is_text;
+  constexpr std::array<const char*, 4> colors = {"blue", "green", "red", "alpha"};
+  for (std::size_t i = 0; i < (is_color ? name.size() : count); ++i) {
+    attribute what{name, type};
+    if (is_color) what = {colors[i], scalar::uint8};
+    if (!is_color && count > 1) what.name += '[' + std::to_string(i) + ']';
+    layout.fields.push_back({what, layout.record_size + i * size_of(what.type)});
+    layout.field_columns.push_back(layout.record_columns + i);
+    layout.field_places.emplace_back(layout.record_size, count * size_of(type));
+  }
+}
+
 pcd_layout layout_of(const input_file& file, pcd_header header) {
   const std::size_t fields = header.fields.size();
   // Text is read without the sizes and types that early writers leave out.
@@ -100,14 +121,17 @@ pcd_layout layout_of(const input_file& file, pcd_header header) {
     const std::uint64_t count = header.counts.empty() ? 1 : require_count(file, header.counts[f]);
     if (!type || count > std::numeric_limits<std::uint16_t>::max())
       file.fail("has the PCD field '" + header.fields[f] + "' of an unknown type or size", export_again);
+    bool is_axis = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (header.fields[f] != std::string(1, "xyz"[axis]) || count == 0) continue;
+      is_axis = true;
       ++found[axis];
       layout.columns[axis] = layout.record_columns;
       layout.offsets[axis] = layout.record_size;
       layout.strides[axis] = size_of(*type) * count;
       layout.types[axis] = *type;
     }
+    if (!is_axis) add_attributes(header.fields[f], *type, count, header.data == "ascii", layout);
     layout.record_columns += count;
     layout.record_size += size_of(*type) * count;
   }
@@ -128,7 +152,19 @@ std::size_t point_count(const input_file& file, const pcd_header& header, std::u
   return *header.width * height;
 }
 
-std::unique_ptr<point_source> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count) {
+void append_columns(std::string_view line, char separator, const pcd_layout& layout,
+                    attribute_table& attributes) {
+  const std::vector<std::string_view> cells = split(line, separator);
+  for (std::size_t k = 0; k < layout.field_columns.size(); ++k) {
+    const std::size_t column = layout.field_columns[k];
+    const auto number = column < cells.size() ? to_number(cells[column]) : std::nullopt;
+    attributes.append(k, number.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+}
+
+std::unique_ptr<point_source> read_ascii(input_file& file, const pcd_layout& layout, std::size_t count,
+                                         const scan_options& options) {
+  attribute_table attributes(options.attributes ? attributes_of(layout.fields) : std::vector<attribute>());
   std::vector<Eigen::Vector3d> points;
   points.reserve(count);
   char separator = ' ';
@@ -138,15 +174,17 @@ std::unique_ptr<point_source> read_ascii(input_file& file, const pcd_layout& lay
     if (trim(*line).empty()) continue;
     if (points.empty()) separator = separator_of(*line);
     points.push_back(read_columns(file, *line, separator, layout.columns));
+    if (!attributes.empty()) append_columns(*line, separator, layout, attributes);
   }
-  return std::make_unique<points_in_memory>(std::move(points));
+  return std::make_unique<points_in_memory>(std::move(points), std::move(attributes));
 }
 
 std::unique_ptr<point_source> open_binary(const input_file& file, const pcd_header& header,
                                           const pcd_layout& layout) {
   const std::size_t count = point_count(file, header, file.remaining() / layout.record_size);
   return std::make_unique<point_records>(
-      file.bytes(), record_layout{file.offset(), count, layout.record_size, layout.offsets, layout.types});
+      file.bytes(), record_layout{file.offset(), count, layout.record_size, layout.offsets, layout.types,
+                                  std::endian::little, layout.fields});
 }
 
 std::vector<char> unpack(input_file& file) {
@@ -160,8 +198,21 @@ std::vector<char> unpack(input_file& file) {
   return *bytes;
 }
 
+// The numbers of a field are together, and its attributes in turn.
+attribute_table read_sorted(std::span<const char> bytes, const pcd_layout& layout, std::size_t count) {
+  attribute_table table(attributes_of(layout.fields));
+  for (std::size_t k = 0; k < layout.fields.size(); ++k) {
+    const scalar type = layout.fields[k].what.type;
+    const auto [begin, stride] = layout.field_places[k];
+    const char* column = bytes.data() + begin * count + (layout.fields[k].offset - begin);
+    for (std::size_t i = 0; i < count; ++i)
+      table.append(k, load(type, column + i * stride, std::endian::little));
+  }
+  return table;
+}
+
 std::unique_ptr<point_source> read_compressed(input_file& file, const pcd_header& header,
-                                              const pcd_layout& layout) {
+                                              const pcd_layout& layout, const scan_options& options) {
   const std::vector<char> bytes = unpack(file);
   const std::size_t count = point_count(file, header, bytes.size() / layout.record_size);
   std::vector<Eigen::Vector3d> points(count);
@@ -171,26 +222,27 @@ std::unique_ptr<point_source> read_compressed(input_file& file, const pcd_header
       points[i][static_cast<Eigen::Index>(axis)] =
           load(layout.types[axis], column + i * layout.strides[axis], std::endian::little);
   }
-  return std::make_unique<points_in_memory>(std::move(points));
+  return std::make_unique<points_in_memory>(
+      std::move(points), options.attributes ? read_sorted(bytes, layout, count) : attribute_table());
 }
 
 std::unique_ptr<point_source> open_points(input_file& file, const pcd_header& header,
-                                          const pcd_layout& layout) {
+                                          const pcd_layout& layout, const scan_options& options) {
   if (header.data != "ascii") file.offset();  // throws where there can be no binary data
-  if (header.data == "binary_compressed") return read_compressed(file, header, layout);
+  if (header.data == "binary_compressed") return read_compressed(file, header, layout, options);
   if (header.data == "binary") return open_binary(file, header, layout);
   if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_again);
   // A line holds at least a digit and a blank for each column; the last one may lack its end.
   const std::uint64_t room = (file.remaining() + 1) / (2 * layout.record_columns);
-  return read_ascii(file, layout, point_count(file, header, room));
+  return read_ascii(file, layout, point_count(file, header, room), options);
 }
 
 }  // namespace
 
-opened_scan open_pcd(input_file& file) {
+opened_scan open_pcd(input_file& file, const scan_options& options) {
   const pcd_header header = parse_header(file);
   const pcd_layout layout = layout_of(file, header);
-  opened_scan scan{open_points(file, header, layout), {.format = "PCD, " + header.data}};
+  opened_scan scan{open_points(file, header, layout, options), {.format = "PCD, " + header.data}};
   for (const std::string& field : header.fields)
     if (field != "x" && field != "y" && field != "z" && field != "_") scan.header.attributes.push_back(field);
   return scan;

@@ -170,12 +170,15 @@ bool holds_points(const ply_element& element) {
 }
 
 // Calls `use(point)` for each record of an element; the point is zero in elements without x, y and z.
+// Attributes are appended to the table, which has one for each number that is no coordinate, or none at all.
 template <class Values, class Use>
-void read_records(const input_file& file, Values& values, const ply_element& element, const Use& use) {
+void read_records(const input_file& file, Values& values, const ply_element& element,
+                  attribute_table& attributes, const Use& use) {
   std::vector<int> axes;
   for (const ply_property& property : element.properties) axes.push_back(axis_of(property));
   for (std::uint64_t i = 0; i < element.count; ++i) {
     Eigen::Vector3d p = Eigen::Vector3d::Zero();
+    std::size_t number = 0;
     values.begin_record();
     for (std::size_t k = 0; k < axes.size(); ++k) {
       const ply_property& property = element.properties[k];
@@ -183,6 +186,8 @@ void read_records(const input_file& file, Values& values, const ply_element& ele
         skip_list(file, values, property);
       else if (axes[k] >= 0)
         p[axes[k]] = values.next(property.type);
+      else if (!attributes.empty())
+        attributes.append(number++, values.next(property.type));
       else
         values.skip(property.type, 1);
     }
@@ -205,58 +210,59 @@ const ply_element& find_points(const input_file& file, Values& values, const ply
     if (element.properties.empty()) continue;
     require_room<Values>(file, element);
     if (holds_points(element)) return element;
-    read_records(file, values, element, [](const Eigen::Vector3d&) {});
+    attribute_table none;
+    read_records(file, values, element, none, [](const Eigen::Vector3d&) {});
   }
   return header.elements.back();  // not reached: there are points with properties
 }
 
-template <class Values>
-std::unique_ptr<point_source> read_points(const input_file& file, Values& values,
-                                          const ply_element& element) {
-  std::vector<Eigen::Vector3d> points;
-  points.reserve(element.count);
-  read_records(file, values, element, [&](const Eigen::Vector3d& p) { points.push_back(p); });
-  return std::make_unique<points_in_memory>(std::move(points));
+std::vector<attribute> attributes_of(const ply_element& element) {
+  std::vector<attribute> attributes;
+  for (const ply_property& property : element.properties)
+    if (!property.count_type && axis_of(property) < 0) attributes.push_back({property.name, property.type});
+  return attributes;
 }
 
-// Where a return number or a class is noted. CloudCompare puts "scalar_" before the names of LAS, and joins
-// words by underscores or not at all.
-std::optional<record_field>* class_field(record_layout& layout, const std::string& property) {
-  std::string name = lower_case(property);
-  std::erase(name, '_');
-  if (name.starts_with("scalar")) name.erase(0, 6);
-  if (name == "returnnumber") return &layout.return_number;
-  if (name == "numberofreturns") return &layout.return_count;
-  if (name == "classification" || name == "class") return &layout.class_number;
-  return nullptr;
+template <class Values>
+std::unique_ptr<point_source> read_points(const input_file& file, Values& values, const ply_element& element,
+                                          const scan_options& options) {
+  std::vector<Eigen::Vector3d> points;
+  points.reserve(element.count);
+  attribute_table attributes(options.attributes ? attributes_of(element) : std::vector<attribute>());
+  read_records(file, values, element, attributes, [&](const Eigen::Vector3d& p) { points.push_back(p); });
+  return std::make_unique<points_in_memory>(std::move(points), std::move(attributes));
 }
 
 // Records with lists differ in length: they are read one after the other.
-std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& header, std::endian order) {
+std::unique_ptr<point_source> open_binary(input_file& file, const ply_header& header, std::endian order,
+                                          const scan_options& options) {
   binary_values values(file, order);
   const ply_element& element = find_points(file, values, header);
   record_layout layout{.begin = file.offset(), .count = element.count, .order = order};
   for (const ply_property& property : element.properties) {
-    if (property.count_type) return read_points(file, values, element);
+    if (property.count_type) return read_points(file, values, element, options);
     if (const int axis = axis_of(property); axis >= 0) {
       layout.offsets[std::size_t(axis)] = layout.size;
       layout.types[std::size_t(axis)] = property.type;
+    } else {
+      layout.fields.push_back({{property.name, property.type}, layout.size});
     }
-    if (auto* field = class_field(layout, property.name)) *field = record_field{layout.size, property.type};
     layout.size += size_of(property.type);
   }
-  return std::make_unique<point_records>(file.bytes(), layout);
+  return std::make_unique<point_records>(file.bytes(), std::move(layout));
 }
 
-std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header) {
+std::unique_ptr<point_source> open_ascii(input_file& file, const ply_header& header,
+                                         const scan_options& options) {
   ascii_values values(file);
-  return read_points(file, values, find_points(file, values, header));
+  return read_points(file, values, find_points(file, values, header), options);
 }
 
-std::unique_ptr<point_source> open_points(input_file& file, const ply_header& header) {
-  if (header.format == "ascii") return open_ascii(file, header);
-  if (header.format == "binary_little_endian") return open_binary(file, header, std::endian::little);
-  if (header.format == "binary_big_endian") return open_binary(file, header, std::endian::big);
+std::unique_ptr<point_source> open_points(input_file& file, const ply_header& header,
+                                          const scan_options& options) {
+  if (header.format == "ascii") return open_ascii(file, header, options);
+  if (header.format == "binary_little_endian") return open_binary(file, header, std::endian::little, options);
+  if (header.format == "binary_big_endian") return open_binary(file, header, std::endian::big, options);
   file.fail("has the unknown PLY format '" + header.format + "'", export_again);
 }
 
@@ -275,10 +281,10 @@ const ply_element& require_positions(const input_file& file, const ply_header& h
 
 }  // namespace
 
-opened_scan open_ply(input_file& file) {
+opened_scan open_ply(input_file& file, const scan_options& options) {
   const ply_header header = parse_header(file);
   const ply_element& vertex = require_positions(file, header);
-  opened_scan scan{open_points(file, header), {.format = "PLY, " + header.format}};
+  opened_scan scan{open_points(file, header, options), {.format = "PLY, " + header.format}};
   for (const ply_property& property : vertex.properties)
     if (axis_of(property) < 0) scan.header.attributes.push_back(property.name);
   return scan;

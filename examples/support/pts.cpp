@@ -31,14 +31,6 @@ void walk(input_file& file, const UseCount& use_count, const UseRow& use_row) {
   }
 }
 
-std::vector<std::string> attributes_of(std::string_view row, char separator) {
-  const std::size_t fields = split(row, separator).size();
-  if (fields == 4) return {"intensity"};
-  if (fields == 6) return {"red", "green", "blue"};
-  if (fields == 7) return {"intensity", "red", "green", "blue"};
-  return {};
-}
-
 }  // namespace
 
 bool looks_like_pts(std::string_view start) {
@@ -55,9 +47,10 @@ bool looks_like_pts(std::string_view start) {
   return false;
 }
 
-opened_scan open_pts(input_file& file, std::size_t number, const scan_options&) {
+opened_scan open_pts(input_file& file, std::size_t number, const scan_options& options) {
   opened_scan opened;
   std::vector<Eigen::Vector3d> points;
+  attribute_table attributes;
   std::size_t block = 0;
   std::uint64_t announced = 0;
   char separator = ' ';
@@ -71,9 +64,12 @@ opened_scan open_pts(input_file& file, std::size_t number, const scan_options&) 
         if (block != number) return;
         if (points.empty()) {
           separator = separator_of(row);
-          opened.header.attributes = attributes_of(row, separator);
+          opened.header.attributes = names_behind_xyz(split(row, separator).size());
+          if (options.attributes) attributes = attribute_table::of_names(opened.header.attributes);
         }
         points.push_back(read_columns(file, row, separator, {0, 1, 2}));
+        read_behind_xyz(row, separator, attributes.attributes().size(),
+                        [&](std::size_t k, double value) { attributes.append(k, value); });
       });
   if (number == 0 || number > block)
     file.fail("holds " + std::to_string(block) + " blocks of points, and no block " + std::to_string(number),
@@ -81,7 +77,7 @@ opened_scan open_pts(input_file& file, std::size_t number, const scan_options&) 
   require_as_announced(file, number, announced, points.size());
   opened.header.format = "PTS";
   if (block > 1) opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(block);
-  opened.points = std::make_unique<points_in_memory>(std::move(points));
+  opened.points = std::make_unique<points_in_memory>(std::move(points), std::move(attributes));
   return opened;
 }
 

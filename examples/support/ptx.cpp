@@ -85,8 +85,9 @@ std::string_view read_row(input_file& file) {
   return *line;
 }
 
-opened_scan read_points(input_file& file, const ptx_header& scan) {
+opened_scan read_points(input_file& file, const ptx_header& scan, bool with_attributes) {
   opened_scan opened;
+  attribute_table attributes;
   std::vector<Eigen::Vector3d> points;
   for (std::uint64_t i = 0; i < scan.points; ++i) {
     const std::string_view line = read_row(file);
@@ -95,12 +96,16 @@ opened_scan read_points(input_file& file, const ptx_header& scan) {
       if (fields >= 4) opened.header.attributes.emplace_back("intensity");
       if (fields >= 7)
         opened.header.attributes.insert(opened.header.attributes.end(), {"red", "green", "blue"});
+      if (with_attributes) attributes = attribute_table::of_names(opened.header.attributes);
     }
     const Eigen::Vector3d p = read_columns(file, line, ' ', {0, 1, 2});
-    if (!p.isZero(0)) points.push_back(p);
+    if (p.isZero(0)) continue;
+    points.push_back(p);
+    read_behind_xyz(line, ' ', attributes.attributes().size(),
+                    [&](std::size_t k, double value) { attributes.append(k, value); });
   }
   opened.header.pose = scan.pose;
-  opened.points = std::make_unique<points_in_memory>(std::move(points));
+  opened.points = std::make_unique<points_in_memory>(std::move(points), std::move(attributes));
   return opened;
 }
 
@@ -132,12 +137,12 @@ std::size_t count_ptx_scans(input_file& file) {
   return count;
 }
 
-opened_scan open_ptx(input_file& file, std::size_t number, const scan_options&) {
+opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& options) {
   opened_scan opened;
   std::size_t count = 0;
   while (const auto scan = read_header(file)) {
     if (++count == number)
-      opened = read_points(file, *scan);
+      opened = read_points(file, *scan, options.attributes);
     else
       for (std::uint64_t i = 0; i < scan->points; ++i) read_row(file);
   }

@@ -49,6 +49,16 @@ std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& fo
   return files;
 }
 
+// Attributes need the longest records, and coordinates the finest steps.
+void join(std::optional<las_frame>& all, const std::optional<las_frame>& part) {
+  if (!all || !part) {
+    all.reset();
+    return;
+  }
+  all->scale = all->scale.cwiseAbs().cwiseMin(part->scale.cwiseAbs());
+  all->format = std::max(all->format, part->format);
+}
+
 // Points of several scans, one scan after the other. Each begins at a multiple of the block size, so that its
 // blocks are read whole; the places between are not-a-number.
 class joined_points final : public point_source {
@@ -74,6 +84,28 @@ class joined_points final : public point_source {
     }
   }
 
+  // Those that all parts have.
+  std::vector<attribute> attributes() const override {
+    std::vector<attribute> common = parts_.front()->attributes();
+    for (const auto& part : parts_)
+      std::erase_if(common, [of_part = part->attributes()](const attribute& a) {
+        return std::find(of_part.begin(), of_part.end(), a) == of_part.end();
+      });
+    return common;
+  }
+
+  void read_attributes(std::size_t first, std::size_t count,
+                       std::span<attribute_column> columns) const override {
+    const std::vector<attribute> all = attributes();
+    for (attribute_column& column : columns)
+      column.numbers.assign(count * size_of(all[column.attribute].type), '\0');
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      const std::size_t begin = std::max(first, first_[part]);
+      const std::size_t end = std::min(first + count, first_[part] + parts_[part]->size());
+      if (begin < end) read_part(part, begin - first_[part], end - begin, begin - first, all, columns);
+    }
+  }
+
   marked_points marked() const override {
     marked_points all;
     for (const auto& part : parts_) {
@@ -91,6 +123,23 @@ class joined_points final : public point_source {
   }
 
  private:
+  // Reads into the columns from number `at` on.
+  void read_part(std::size_t part, std::size_t first, std::size_t count, std::size_t at,
+                 const std::vector<attribute>& all, std::span<attribute_column> columns) const {
+    const point_source& points = *parts_[part];
+    const std::vector<attribute> of_part = points.attributes();
+    std::vector<attribute_column> read(columns.size());
+    for (std::size_t k = 0; k < read.size(); ++k)
+      read[k].attribute = static_cast<std::size_t>(
+          std::find(of_part.begin(), of_part.end(), all[columns[k].attribute]) - of_part.begin());
+    points.read_attributes(first, count, read);
+    for (std::size_t k = 0; k < read.size(); ++k) {
+      const std::size_t size = size_of(all[columns[k].attribute].type);
+      std::copy(read[k].numbers.begin(), read[k].numbers.end(),
+                columns[k].numbers.begin() + static_cast<std::ptrdiff_t>(at * size));
+    }
+  }
+
   std::vector<std::unique_ptr<point_source>> parts_;
   std::vector<std::size_t> first_ = {0};  // where each part begins, and the end
 };
@@ -140,6 +189,7 @@ opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& 
       throw file_error(folder, "holds scans whose headers have poses of their own: they are not in one frame",
                        "Leave out --tiles, or export the tiles in one frame");
     if (part.header.format != header->format) header->format = "several formats";
+    join(header->las, part.header.las);
     parts.push_back(std::move(part.points));
   }
   header->format += ", " + std::to_string(parts.size()) + " tiles";

@@ -28,6 +28,10 @@ class table_reader {
   /// The columns; without a header the first three are x, y and z.
   const known_columns& columns() const { return columns_; }
   bool has_header() const { return !names_.empty(); }
+  /// Names of the columns; empty without a header.
+  const std::vector<std::string>& names() const { return names_; }
+  /// Rows are cut into all of their cells, not only those of the coordinates.
+  void keep_all_cells() { needed_cells_ = std::size_t(-1); }
   /// The number of rows that the lines with only a count announce, if there are any.
   std::optional<std::uint64_t> announced() const { return blocks_.announced(); }
 

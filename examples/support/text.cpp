@@ -1,4 +1,5 @@
 // Text scans: one point a line, as XYZ, CSV, TXT and PTS files have them.
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,14 +33,47 @@ Eigen::Vector3d point_of(const table_reader& table) {
   return p;
 }
 
+/// The columns besides x, y and z.
+class text_attributes {
+ public:
+  /// Of a table whose first row was read.
+  explicit text_attributes(const table_reader& table) {
+    const std::size_t cells = table.has_header() ? table.names().size() : table.cells().size();
+    const std::vector<std::string> guessed = names_behind_xyz(cells);
+    const known_columns& columns = table.columns();
+    std::vector<std::string> names;
+    for (std::size_t k = 0; k < cells; ++k) {
+      if (k == *columns.x || k == *columns.y || k == *columns.z) continue;
+      names.push_back(table.has_header() ? table.names()[k] : guessed[k - 3]);
+      columns_.push_back(k);
+    }
+    table_ = attribute_table::of_names(names);
+  }
+
+  void append(const table_reader& table) {
+    for (std::size_t k = 0; k < columns_.size(); ++k)
+      table_.append(k, table.number(columns_[k]).value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+
+  attribute_table&& take() { return std::move(table_); }
+
+ private:
+  std::vector<std::size_t> columns_;
+  attribute_table table_;
+};
+
 }  // namespace
 
-opened_scan open_text(input_file& file) {
+opened_scan open_text(input_file& file, const scan_options& options) {
   const std::uint64_t size = file.remaining();
   table_reader table(file, table_of::points);
+  if (options.attributes) table.keep_all_cells();
   std::vector<Eigen::Vector3d> points;
+  std::optional<text_attributes> attributes;
   while (table.next()) {
     points.push_back(point_of(table));
+    if (options.attributes && !attributes) attributes.emplace(table);
+    if (attributes) attributes->append(table);
     // Lines are about equally long: room for all of them at once spares the copies of a growing vector.
     constexpr std::size_t sample = 1000;
     if (points.size() == sample)
@@ -53,7 +87,9 @@ opened_scan open_text(input_file& file) {
     file.fail("announces " + std::to_string(*table.announced()) + " points but holds " +
                   std::to_string(points.size()),
               "It is probably truncated: copy or export it again");
-  return {std::make_unique<points_in_memory>(std::move(points)), {.format = "text"}};
+  return {std::make_unique<points_in_memory>(std::move(points),
+                                             attributes ? attributes->take() : attribute_table()),
+          {.format = "text"}};
 }
 
 }  // namespace globalmatch::support

@@ -145,6 +145,16 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return all;
 }
 
+std::vector<std::string> names_behind_xyz(std::size_t columns) {
+  if (columns == 4) return {"intensity"};
+  if (columns == 6) return {"red", "green", "blue"};
+  if (columns == 7) return {"intensity", "red", "green", "blue"};
+  std::vector<std::string> names;
+  for (std::size_t column = 4; column <= columns; ++column)
+    names.push_back("column_" + std::to_string(column));
+  return names;
+}
+
 Eigen::Vector3d read_columns(const input_file& file, std::string_view line, char separator,
                              const std::array<std::size_t, 3>& columns) {
   Eigen::Vector3d p;

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,5 +59,21 @@ std::vector<std::string_view> split(std::string_view line, char separator);
 /// The numbers in three columns of the current line of a file. Throws `file_error` naming line and column.
 Eigen::Vector3d read_columns(const input_file& file, std::string_view line, char separator,
                              const std::array<std::size_t, 3>& columns);
+
+/// Calls `use(k, number)` for the fields of a line behind the first three, not-a-number where there is none.
+template <class Use>
+void read_behind_xyz(std::string_view line, char separator, std::size_t count, const Use& use) {
+  field_reader fields(line, separator);
+  for (int k = 0; k < 3; ++k) fields.next();
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto field = fields.next();
+    const auto number = field ? to_number(*field) : std::nullopt;
+    use(k, number.value_or(std::numeric_limits<double>::quiet_NaN()));
+  }
+}
+
+/// What the columns of a scan without a header are, x, y and z first: those that scanners' programs write, of
+/// 4, 6 or 7 columns, are known; others are `column_4` and so on.
+std::vector<std::string> names_behind_xyz(std::size_t columns);
 
 }  // namespace globalmatch::support

@@ -8,6 +8,7 @@
 #include "support/class_counts.hpp"
 #include "support/file_error.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_writer.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
@@ -34,7 +35,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   try {
     if (reader == 0) {
-      const support::scan_file scan = support::open_scan(file);
+      const support::scan_file scan = support::open_scan(file, {.attributes = true});
       fuzz::require(scan.size() <= size, "each point takes a byte or more");
       const auto first = scan.begin();
       std::ptrdiff_t i = 0;
@@ -47,6 +48,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         const auto sum = std::accumulate(counts->classes.begin(), counts->classes.end(), std::size_t(0));
         fuzz::require(sum <= scan.size(), "a point has one class");
       }
+      const support::placed_scan placed{&scan, Eigen::Isometry3d::Identity(), {}};
+      support::write_scans(folder / (size % 2 ? "output.las" : "output.laz"), {&placed, 1}, 1);
     } else if (reader == 1) {
       for (const support::stem_record& s : support::read_stems(file).stems)
         fuzz::require(std::isfinite(s.x + s.y + s.z), "positions that were read are finite");

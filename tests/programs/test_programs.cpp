@@ -10,6 +10,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "programs/program_run.hpp"
+#include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
@@ -266,13 +267,24 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
   CHECK(error("T.txt") < 0.1);
 
   REQUIRE(call(directory, "register_scans",
-               "scan_2.ply scan_1.ply --out T.txt --json r.json --write merged.ply --report plan.svg")
+               "scan_2.ply scan_1.ply --out T.txt --json r.json --write merged.ply --report plan.svg "
+               "--out-as T.dat --out-as T.json")
               .status == 0);
+  CHECK(bytes_of(directory / "T.dat") == bytes_of(directory / "T.txt"));
+  CHECK_THAT(bytes_of(directory / "T.json"), Contains("filters.transformation"));
   CHECK(error("T.txt") < 0.1);
   const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
   CHECK(report["target"]["stems"] == map["stems"]);
   CHECK(std::filesystem::file_size(directory / "merged.ply") > 0);
   CHECK_THAT(bytes_of(directory / "plan.svg"), Contains("</svg>"));
+  REQUIRE(call(directory, "register_scans", "scan_2.ply scan_1.ply --out T.txt --write merged.laz").status ==
+          0);
+  CHECK(open_scan(directory / "merged.laz").size() == open_scan(directory / "merged.ply").size());
+  CHECK(call(directory, "register_scans", "scan_2.ply scan_1.ply --out T.txt --write scan_1.ply").status ==
+        2);
+  CHECK(call(directory, "register_scans", "scan_2.ply scan_1.ply --out T.txt --write merged.e57").status ==
+        2);
+  CHECK(call(directory, "match_stems", "2.csv 1.csv --out T.txt --out-as T.xml").status == 2);
   CHECK(call(directory, "evaluate_registration",
              "T.txt --source-pose pose_2.txt --target-pose pose_1.txt --scan scan_2.ply")
             .status == 0);

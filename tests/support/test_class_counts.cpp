@@ -1,5 +1,6 @@
 #include "support/class_counts.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -101,6 +102,21 @@ TEST_CASE("returns and classes of binary PLY are counted where its properties ar
   CHECK(named->return_counts == class_counts{}.return_counts);
   CHECK_FALSE(count("property float a\nproperty uchar b\n"));
   CHECK(count("property float NumberOfReturns\nproperty uchar b\n")->return_counts[1] == 3500);
+  CHECK(count("property float a\nproperty uchar class\n")->classes[6] == 1500);
+}
+
+TEST_CASE("classes of binary PCD are counted") {
+  const temporary_directory directory;
+  std::string bytes =
+      "VERSION 0.7\nFIELDS x y z Classification\nSIZE 4 4 4 1\nTYPE F F F U\nCOUNT 1 1 1 1\nPOINTS 700\n"
+      "DATA binary\n";
+  for (int i = 0; i < 700; ++i) {
+    for (int axis = 0; axis < 3; ++axis) put(bytes, float(i));
+    put(bytes, std::uint8_t(i % 7));
+  }
+  class_counts expected;
+  std::fill_n(expected.classes.begin(), 7, std::size_t(100));
+  CHECK(open_scan(directory.file("a.pcd", bytes)).points().count_classes({}) == expected);
 }
 
 TEST_CASE("values that are no return number or class are not counted") {

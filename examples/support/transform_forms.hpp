@@ -1,0 +1,58 @@
+// Transforms as other programs read them.
+#pragma once
+
+#include <globalmatch/points.hpp>
+
+#include <Eigen/Geometry>
+
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <ostream>
+#include <span>
+#include <string>
+
+namespace globalmatch::support {
+
+/// A transform about a place near the points: target = R (p - center) + center + shift. Where coordinates are
+/// large, programs that compute in single precision lose nothing by it.
+struct centred_transform {
+  Eigen::Matrix3d rotation;  ///< times the scale, if there is one
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
+  Eigen::Vector3d shift = Eigen::Vector3d::Zero();
+};
+
+/// The transform about `near_points` rounded to 100 m, or about zero where that is nearer than 1 km on each
+/// axis.
+centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& near_points);
+
+/// Throws `file_error` for the first name that does not end in .mat.txt, .cc.txt, .dat or .json, or cannot be
+/// written. To be asked before long work.
+void require_forms(std::span<const std::filesystem::path> paths);
+
+/// Writes a transform of the file `source` in the form that the name asks for:
+/// - .mat.txt, .cc.txt: CloudCompare, four lines of four numbers; centred where coordinates are large
+/// - .dat: RiSCAN PRO, the same lines, never centred
+/// - .json: a pipeline for PDAL, which reads `source` and writes it as SOURCE_registered beside it
+/// Returns the line that applies it. Throws `file_error` when it cannot be written, or PDAL cannot read the
+/// source.
+std::string write_transform_form(const std::filesystem::path& path,
+                                 const Eigen::Isometry3d& target_from_source,
+                                 const Eigen::Vector3d& near_points, const std::filesystem::path& source);
+
+/// Writes all of these forms, and a line for each to `out`; and if a form is centred, how. Removes files of
+/// these names where there is no transform.
+void write_or_remove_forms(std::span<const std::filesystem::path> paths,
+                           const std::optional<Eigen::Isometry3d>& target_from_source,
+                           const Eigen::Vector3d& near_points, const std::filesystem::path& source,
+                           std::ostream& out);
+
+/// The position of a stem, as a place near the points; zero where there is no stem.
+template <class Stems>
+Eigen::Vector3d first_stem(const Stems& stems) {
+  if (std::empty(stems)) return Eigen::Vector3d::Zero();
+  const auto p = globalmatch::xyz(*std::begin(stems));
+  return {p[0], p[1], p[2]};
+}
+
+}  // namespace globalmatch::support
