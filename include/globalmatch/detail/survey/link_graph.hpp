@@ -1,11 +1,10 @@
-// The graph of a survey: which links support each other, and where they place the maps at first.
+// The graph of a survey: which links support each other, and what they connect.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -150,49 +149,6 @@ inline components find_components(const link_graph& graph, std::size_t preferred
     }
   }
   return found;
-}
-
-/// Poses along the links that most cycles support, of these the most significant ones first: a spanning tree
-/// of each component, from its reference.
-inline std::vector<plan_pose> poses_by_spanning_tree(std::span<const survey_link> links, std::size_t maps,
-                                                     const components& parts) {
-  std::vector<std::uint32_t> order, parent(maps);
-  for (std::uint32_t l = 0; l < links.size(); ++l)
-    if (links[l].used) order.push_back(l);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    if (links[a].supporting_cycles != links[b].supporting_cycles)
-      return links[a].supporting_cycles > links[b].supporting_cycles;
-    return links[a].log10_nfa != links[b].log10_nfa ? links[a].log10_nfa < links[b].log10_nfa : a < b;
-  });
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t m) {
-    while (parent[m] != m) m = parent[m] = parent[parent[m]];
-    return m;
-  };
-  std::vector<std::uint8_t> in_tree(links.size());
-  for (const std::uint32_t l : order) {
-    const std::uint32_t a = root(links[l].source), b = root(links[l].target);
-    if (a == b) continue;
-    parent[a] = b;
-    in_tree[l] = true;
-  }
-  const link_graph tree(maps, links,
-                        [&](const survey_link& l) { return in_tree[std::size_t(&l - links.data())] != 0; });
-  std::vector<plan_pose> poses(maps);
-  std::vector<std::uint8_t> placed(maps);
-  std::vector<std::uint32_t> open(parts.reference);
-  for (const std::uint32_t m : open) placed[m] = true;
-  while (!open.empty()) {
-    const std::uint32_t m = open.back();
-    open.pop_back();
-    for (const auto& e : tree.of(m)) {
-      if (placed[e.neighbor]) continue;
-      placed[e.neighbor] = true;
-      poses[e.neighbor] = poses[m] * tree.neighbor_from(m, e).inverse();
-      open.push_back(e.neighbor);
-    }
-  }
-  return poses;
 }
 
 }  // namespace globalmatch::detail
