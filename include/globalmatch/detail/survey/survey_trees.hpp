@@ -163,22 +163,44 @@ inline std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_of_maps(const 
   return pairs;
 }
 
+/// The pairs of unknowns that trees or links connect.
+inline std::vector<std::pair<std::uint32_t, std::uint32_t>> connected_pairs(
+    const tree_observations& trees, std::span<const survey_link> links, const unknown_poses& unknowns) {
+  auto pairs = pairs_of_maps(trees, unknowns);
+  for (const survey_link& l : links)
+    if (const std::uint32_t s = unknowns.of[l.source], t = unknowns.of[l.target];
+        l.used && s != unknown_poses::fixed && t != unknown_poses::fixed)
+      pairs.emplace_back(s, t);
+  return pairs;
+}
+
 /// The adjustment of poses in plan to trees, whose places are eliminated. Refers to all that it is given.
 class tree_adjustment {
  public:
-  /// `sigma` [m] of stems in plan, along each axis, where they do not know it themselves.
+  /// `sigma` [m] of stems in plan, along each axis. Links that are used connect the maps; those whose stems
+  /// are hardly any tree hold their maps themselves.
   tree_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
-                  const unknown_poses& unknowns, double sigma)
+                  std::span<const survey_link> links, const unknown_poses& unknowns, double sigma)
       : maps_(maps),
         trees_(trees),
+        links_(links),
         unknowns_(unknowns),
         sigma_(sigma),
-        system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
+        system_(unknowns.count, connected_pairs(trees, links, unknowns)) {
     weights_.assign(trees.stems.size(), 1);
+    first_stem_.assign(1, 0);
+    for (const prepared_stems& map : maps) first_stem_.push_back(first_stem_.back() + map.stems.size());
+    observation_of_.assign(first_stem_.back(), none);
+    tree_of_.resize(trees.stems.size());
+    for (std::size_t t = 0; t < trees.size(); ++t)
+      for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) {
+        tree_of_[i] = t;
+        observation_of_[first_stem_[trees.stems[i].map] + trees.stems[i].stem] = i;
+      }
   }
 
   /// Moves the poses until convergence; observations that do not fit their tree lose their weight. False
-  /// where the trees do not determine all of them.
+  /// where trees and links do not determine all of them.
   bool adjust(std::span<plan_pose> poses) {
     constexpr int max_iterations = 20;
     constexpr double converged = 1e-5;  // [m]
@@ -235,6 +257,17 @@ class tree_adjustment {
   }
   double weight(std::size_t i) const { return weights_[i]; }
 
+  /// Trees that stems paired by the link are, by the weight that they have.
+  double trees_of_link(const survey_link& l) const {
+    double shared = 0;
+    for (const correspondence& c : l.correspondences) {
+      const std::size_t i = observation_of_[first_stem_[l.source] + c.source],
+                        k = observation_of_[first_stem_[l.target] + c.target];
+      if (i != none && k != none && tree_of_[i] == tree_of_[k]) shared += std::min(weight(i), weight(k));
+    }
+    return shared;
+  }
+
   /// Weights follow the residuals; their deviation is estimated from the median of all.
   void reweight(std::span<const plan_pose> poses) {
     constexpr double min_sigma = 1e-4;               // [m]
@@ -256,10 +289,24 @@ class tree_adjustment {
       weights_[i] = tukey_weight(squares[i] / (sigma_ * sigma_ * tukey_constant * tukey_constant));
   }
 
+  /// Adds the links that trees do not stand for: a map that was placed less well than others may be too far
+  /// off for its stems to be theirs, and nothing else would hold it.
+  void add_links_without_trees(std::span<const plan_pose> poses) {
+    constexpr double min_trees = 3, min_weight = 1e-6;
+    for (const survey_link& l : links_) {
+      if (!l.used || trees_of_link(l) >= min_trees) continue;
+      const double weight =
+          std::max(min_weight, weight_of(l, link_residual(l, poses[l.source], poses[l.target])));
+      add_link(system_, unknowns_, l, poses[l.source], poses[l.target],
+               (l.covariance / (weight * sigma_ * sigma_)).inverse());
+    }
+  }
+
   void fill(std::span<const plan_pose> poses) {
     using matrix = block_system<3>::block;
     using jacobian = Eigen::Matrix<double, 2, 3>;
     system_.set_zero();
+    add_links_without_trees(poses);
     std::vector<jacobian> of_pose;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];
@@ -290,11 +337,17 @@ class tree_adjustment {
     }
   }
 
+  static constexpr std::size_t none = ~std::size_t(0);
+
   std::span<const prepared_stems> maps_;
   const tree_observations& trees_;
+  std::span<const survey_link> links_;
   const unknown_poses& unknowns_;
   double sigma_;
   std::vector<double> weights_;
+  std::vector<std::size_t> first_stem_;      // of each map, among the stems of all
+  std::vector<std::size_t> observation_of_;  // each stem of all; `none` where it is of no tree
+  std::vector<std::size_t> tree_of_;         // each observation
   block_system<3> system_;
 };
 
