@@ -206,7 +206,7 @@ class tree_adjustment {
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight(poses);
+      reweight(poses, iteration == 0);
       fill(poses);
       if (unknowns_.count == 0) return true;
       if (!system_.factorize()) return false;
@@ -268,15 +268,27 @@ class tree_adjustment {
     return shared;
   }
 
-  /// Weights follow the residuals; their deviation is estimated from the median of all.
-  void reweight(std::span<const plan_pose> poses) {
+  /// Medians of where the stems of a tree are, along both axes.
+  vec2 median_place_of(std::size_t tree, std::span<const plan_pose> poses) const {
+    std::vector<double> x, y;
+    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
+      const vec2 at = placed(i, poses);
+      x.push_back(at.x);
+      y.push_back(at.y);
+    }
+    return {median(x), median(y)};
+  }
+
+  /// Weights follow the residuals; their deviation is estimated from the median of all. At first residuals
+  /// are those from the median: one stem that is off would have the mean of three refuse all.
+  void reweight(std::span<const plan_pose> poses, bool first) {
     constexpr double min_sigma = 1e-4;               // [m]
     constexpr double median_of_chi_squared = 1.386;  // of two degrees of freedom
     std::vector<double> squares(trees_.stems.size(), 0), sample;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const std::size_t seen = trees_.first[t + 1] - trees_.first[t];
       if (seen < 2) continue;
-      const vec2 place = place_of(t, poses);
+      const vec2 place = first ? median_place_of(t, poses) : place_of(t, poses);
       const double of_mean = double(seen) / double(seen - 1);  // which is nearer to its stems than the tree
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
         squares[i] = (placed(i, poses) - place).squared_norm() * of_mean;
