@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
@@ -95,6 +96,56 @@ double max_pose_error(const std::vector<plan_pose>& poses, const std::vector<pla
 }
 inline double max_pose_error(const std::vector<plan_pose>& poses, const std::vector<plan_pose>& truth) {
   return max_pose_error(poses, truth, [](std::size_t) { return true; });
+}
+
+/// Maps of a forest at such poses, in the order of its trees; stem i of a map is tree `trees[map][i]`.
+struct maps_in_plan {
+  std::vector<prepared_stems> maps;
+  std::vector<std::vector<std::size_t>> trees;
+  std::vector<double> heights;  ///< [m] of each map's frame
+};
+
+/// `noise` [m] of each coordinate. Trees are seen up to `range` [m].
+inline maps_in_plan see_from(const std::vector<plan_pose>& poses, const positions& forest, double range,
+                             double noise, random_source& random) {
+  maps_in_plan seen;
+  for (const plan_pose& pose : poses) {
+    positions stems;
+    seen.trees.emplace_back();
+    seen.heights.push_back(seen.heights.empty() ? 0 : uniform(random, -3, 3));
+    for (std::size_t i = 0; i < forest.size(); ++i) {
+      const vec2 at = {forest[i].x(), forest[i].y()};
+      if ((at - pose.shift).norm() > range) continue;
+      const vec2 stem = pose.inverse() * at;
+      stems.push_back({stem.x, stem.y, forest[i].z() - seen.heights.back()});
+      seen.trees.back().push_back(i);
+    }
+    prepared_stems map;
+    map.stems = set_in_order(noisy(stems, noise, random));
+    seen.maps.push_back(std::move(map));
+  }
+  return seen;
+}
+
+/// Trees at least a metre apart, around maps on a grid of `side` by `side`.
+inline positions forest_around_grid(std::size_t side, std::size_t count, random_source& random) {
+  const double width = station_spacing * double(side);
+  positions forest;
+  while (forest.size() < count) {
+    const Eigen::Vector3d p(uniform(random, -10, width), uniform(random, -10, width), uniform(random, 0, 4));
+    bool is_apart = true;
+    for (const Eigen::Vector3d& q : forest) is_apart = is_apart && (p - q).head<2>().norm() > 1;
+    if (is_apart) forest.push_back(p);
+  }
+  return forest;
+}
+
+/// Gives links the stems that are one tree.
+inline void pair_stems(std::vector<survey_link>& links, const maps_in_plan& seen) {
+  for (survey_link& l : links)
+    for (std::uint32_t i = 0; i < seen.trees[l.source].size(); ++i)
+      for (std::uint32_t k = 0; k < seen.trees[l.target].size(); ++k)
+        if (seen.trees[l.source][i] == seen.trees[l.target][k]) l.correspondences.push_back({i, k});
 }
 
 }  // namespace globalmatch::scenes

@@ -12,10 +12,10 @@ using scenes::uniform;
 namespace {
 
 constexpr std::size_t none = ~std::size_t(0);
-constexpr double max_log10_nfa = -10;  // all links of these scenes pass it
+constexpr double sufficient = -10;  // all links of these scenes pass it
 
 placed_maps place(std::vector<survey_link>& links, std::size_t maps, std::size_t preferred = none) {
-  use_supported_links(links, maps, max_log10_nfa);
+  use_supported_links(links, maps, sufficient);
   return place_maps(links, maps, preferred);
 }
 

@@ -185,6 +185,28 @@ TEST_CASE("a map that is too far off for any tree is held by its links, as well 
   CHECK(held.covariance[4](0, 0) > 2 * held.covariance[3](0, 0));
 }
 
+TEST_CASE("covariances are calibrated also where two maps share few trees") {
+  double squares = 0;
+  constexpr int surveys = 300;
+  for (int survey = 0; survey < surveys; ++survey) {
+    random_source random(std::uint64_t(100 + survey));
+    const std::vector<plan_pose> truth = {{{0, 0}, 0}, {{4, 3}, scenes::any_yaw(random)}};
+    const positions forest = scenes::forest_around_grid(1, 12, random);
+    const maps_in_plan seen = scenes::see_from(truth, forest, 100, 0.03, random);
+    const tree_observations trees = find_trees(seen.maps, all_of(2), truth, radius);
+    const unknown_poses unknowns(2, first_is_fixed);
+    tree_adjustment adjustment(seen.maps, trees, {}, unknowns, 0.03);
+    auto poses = truth;
+    REQUIRE(adjustment.adjust(poses));
+    const mat3 covariance = adjustment.covariances()[1];
+    const vec3 error = {poses[1].shift.x - truth[1].shift.x, poses[1].shift.y - truth[1].shift.y,
+                        wrapped(poses[1].yaw - truth[1].yaw)};
+    squares += error.dot(covariance.inverse() * error) / 3;
+  }
+  CHECK(std::sqrt(squares / surveys) > 0.8);
+  CHECK(std::sqrt(squares / surveys) < 1.4);  // as of Student's t
+}
+
 TEST_CASE("maps that stand alone have no trees, and their poses stay") {
   random_source random(6);
   const scene s(0.01, random);

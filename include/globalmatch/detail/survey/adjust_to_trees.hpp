@@ -17,6 +17,7 @@
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
+#include "globalmatch/detail/survey/tree_adjustment.hpp"
 
 namespace globalmatch::detail {
 

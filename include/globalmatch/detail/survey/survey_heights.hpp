@@ -87,7 +87,7 @@ class height_adjustment {
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight();
+      reweight(iteration == 0);
       if (unknowns_.count == 0) return true;
       if (forget_unconnected()) return false;
       fill();
@@ -123,15 +123,19 @@ class height_adjustment {
     return {total > 0 ? sum / total : 0, total};
   }
 
-  void reweight() {
+  /// Weights follow the residuals from the means, at first from the medians, which wrong heights do not move.
+  void reweight(bool first) {
     constexpr double min_sigma = 1e-3;  // [m]
     std::vector<double> off(trees_.stems.size(), 0), sample;
+    double redundancy = 0;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       std::vector<double> of_tree;
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
         if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
       if (of_tree.size() < 2) continue;
-      const double count = double(of_tree.size()), middle = median(of_tree);
+      redundancy += double(of_tree.size() - 1);
+      const double count = double(of_tree.size()),
+                   middle = first || !(mean(t).second > 0) ? median(of_tree) : mean(t).first;
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
         if (!heights_.known[trees_.stems[i].map]) continue;
         off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
@@ -139,7 +143,8 @@ class height_adjustment {
       }
     }
     if (sample.empty()) return;
-    heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample));
+    heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample) *
+                                                  growth_of_residuals(redundancy, double(unknowns_.count)));
     const double largest = tukey_constant * heights_.stem_sigma;
     for (std::size_t i = 0; i < off.size(); ++i)
       if (heights_.known[trees_.stems[i].map])
