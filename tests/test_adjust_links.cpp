@@ -6,7 +6,7 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/survey/initial_poses.hpp"
-#include "survey_scenes.hpp"
+#include "made_up_surveys.hpp"
 
 namespace globalmatch {
 

@@ -1,7 +1,7 @@
 #include "globalmatch/detail/survey/split_check.hpp"
 
 #include "catch.hpp"
-#include "survey_scenes.hpp"
+#include "made_up_surveys.hpp"
 
 namespace globalmatch {
 

@@ -3,7 +3,7 @@
 #include <numeric>
 
 #include "catch.hpp"
-#include "survey_scenes.hpp"
+#include "made_up_surveys.hpp"
 
 namespace globalmatch {
 

@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
-#include "survey_scenes.hpp"
+#include "made_up_surveys.hpp"
 
 namespace globalmatch {
 

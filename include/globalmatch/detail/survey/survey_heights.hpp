@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -87,7 +88,7 @@ class height_adjustment {
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight(iteration == 0);
+      reweight();
       if (unknowns_.count == 0) return true;
       if (forget_unconnected()) return false;
       fill();
@@ -123,8 +124,7 @@ class height_adjustment {
     return {total > 0 ? sum / total : 0, total};
   }
 
-  /// Weights follow the residuals from the means, at first from the medians, which wrong heights do not move.
-  void reweight(bool first) {
+  void reweight() {
     constexpr double min_sigma = 1e-3;  // [m]
     std::vector<double> off(trees_.stems.size(), 0), sample;
     double redundancy = 0;
@@ -133,14 +133,14 @@ class height_adjustment {
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
         if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
       if (of_tree.size() < 2) continue;
-      redundancy += double(of_tree.size() - 1);
-      const double count = double(of_tree.size()),
-                   middle = first || !(mean(t).second > 0) ? median(of_tree) : mean(t).first;
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        if (!heights_.known[trees_.stems[i].map]) continue;
-        off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
-        sample.push_back(std::abs(off[i]));
-      }
+      // From differences: of an odd number of heights one is the median, and 0 off.
+      for (std::size_t k = 1; k < of_tree.size(); ++k)
+        sample.push_back(std::abs(of_tree[k] - of_tree[k - 1]) / std::numbers::sqrt2);
+      const double count = double(of_tree.size()), middle = median(of_tree);
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
+        if (heights_.known[trees_.stems[i].map])
+          off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
+      redundancy += count - 1;
     }
     if (sample.empty()) return;
     heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample) *
