@@ -274,6 +274,62 @@ TEST_CASE("scans from one spot do not support each other's chance resemblance to
   CHECK(aliens_placed == 0);
 }
 
+TEST_CASE("a map of two places is ambiguous, with both as guesses, and displaces no other") {
+  random_source random(16);
+  auto maps = maps_of_forest(110, random);
+  const std::size_t count = maps.size(), one = 6, other = count - 7;  // neither sees the other
+  const auto of_one = maps[one].stand_from_scan, of_other = maps[other].stand_from_scan;
+  surveyed_map both = maps[one];
+  for (const Eigen::Vector3d& p : maps[other].stems) both.stems.push_back(p);
+  maps.push_back(both);
+  const survey result = register_survey(stems_of(maps), {.reference = 0});
+  for (std::size_t m = 0; m < count; ++m) {
+    REQUIRE(result.scans[m].status == status::placed);
+    CHECK(error_of(result, maps, m).plan < 0.03);
+  }
+  const survey::scan& scan = result.scans.back();
+  REQUIRE(scan.status == status::ambiguous);
+  CHECK(scan.component == -1);
+  CHECK_FALSE(scan.uncertainty);
+  REQUIRE(scan.alternatives.size() >= 1);
+  const Eigen::Isometry3d survey_from_stand = maps[0].stand_from_scan.inverse();
+  const auto distance = [&](const Eigen::Isometry3d& guess, const Eigen::Isometry3d& stand_from_scan) {
+    return (guess.translation() - (survey_from_stand * stand_from_scan).translation()).norm();
+  };
+  const double to_one = distance(scan.survey_from_scan, of_one),
+               to_other = distance(scan.survey_from_scan, of_other);
+  CHECK(std::min(to_one, to_other) < 0.2);
+  CHECK(distance(scan.alternatives[0], to_one < to_other ? of_other : of_one) < 0.2);
+}
+
+TEST_CASE("a map of too few stems for a link has its best guess, in the frame of the survey") {
+  random_source random(17);
+  auto maps = maps_of_forest(70, random, {.noise = 0.005});
+  const std::size_t count = maps.size();
+  for (std::size_t m = 0; m < count; ++m) {
+    surveyed_map few = maps[m];
+    few.stems.resize(5);
+    maps.push_back(few);
+  }
+  const survey result = register_survey(stems_of(maps), {.decision = {.max_nfa = 1e-12}, .reference = 1});
+  std::size_t guessed = 0, right = 0;
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    const survey::scan& scan = result.scans[m];
+    if (m < count) {
+      REQUIRE(scan.status == status::placed);
+      continue;
+    }
+    CHECK(scan.status == status::unplaced);
+    CHECK_FALSE(scan.reason.empty());
+    if (scan.survey_from_scan.matrix() == Eigen::Matrix4d::Identity()) continue;
+    ++guessed;
+    const Eigen::Isometry3d truth = maps[1].stand_from_scan.inverse() * maps[m].stand_from_scan;
+    right += (scan.survey_from_scan.translation() - truth.translation()).norm() < 0.5;
+  }
+  CHECK(guessed > 0);
+  CHECK(2 * right > guessed);
+}
+
 TEST_CASE("surveys of few maps, of small ones and of copies have an answer") {
   random_source random(7);
   const survey none = register_survey(std::vector<positions>());

@@ -32,7 +32,7 @@ std::vector<link_graph::edge> guess_places(std::uint32_t map, const link_graph& 
                       l.source == map ? l.center_in_source() : l.center, i});
   }
   while (!places.empty()) {
-    const proposed_place best = places[most_agreeing(places).one];
+    const proposed_place best = places[max_agreement(places).one];
     chosen.push_back(edges[best.link]);
     std::erase_if(places, [&](const proposed_place& p) { return agree(best, p); });
   }

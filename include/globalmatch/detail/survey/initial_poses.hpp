@@ -105,7 +105,7 @@ inline std::vector<joining_link> joining_links(std::span<const survey_link> link
            is_low ? clusters.pose(l.source) * l.center_in_source() : clusters.pose(l.target) * l.center,
            between[end]});
     }
-    const agreeing_places found = most_agreeing(places);
+    const agreeing_places found = max_agreement(places);
     best.push_back({found.count, places[found.one].link});
   }
   return best;

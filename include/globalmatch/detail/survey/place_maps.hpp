@@ -52,7 +52,7 @@ link_counts count_links_of(std::span<const std::uint32_t> maps, const IsInside& 
       places.push_back({placed * poses[m].inverse(),
                         poses[m] * (l.source == m ? l.center_in_source() : l.center), e.link});
     }
-  counts.elsewhere = most_agreeing(places).count;
+  counts.elsewhere = max_agreement(places).count;
   return counts;
 }
 

@@ -33,7 +33,7 @@ struct agreeing_places {
 };
 
 /// Cost: quadratic.
-inline agreeing_places most_agreeing(std::span<const proposed_place> places) {
+inline agreeing_places max_agreement(std::span<const proposed_place> places) {
   agreeing_places most;
   for (std::size_t i = 0; i < places.size(); ++i) {
     std::size_t count = 0;

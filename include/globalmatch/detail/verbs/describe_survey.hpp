@@ -95,7 +95,7 @@ inline std::string reason_of(survey::status status, std::size_t stems) {
 }
 
 /// The component of most maps, those of one left out; nothing where all are.
-inline std::optional<std::uint32_t> largest_component(const local_survey& s) {
+inline std::optional<std::uint32_t> main_component(const local_survey& s) {
   std::optional<std::uint32_t> largest;
   for (std::uint32_t c = 0; c < s.members.size(); ++c)
     if (s.members[c].size() > (largest ? s.members[*largest].size() : 1)) largest = c;
@@ -118,9 +118,9 @@ inline Eigen::Isometry3d guess_by(const link_graph::edge& e, const link_graph& g
                   s.maps[map].stems.frame.local_from_scan());
 }
 
-/// The status of a map that no link holds, and guesses where its links would place it. `all`: all links.
+/// The status of a map that no link holds, and guesses where its links, of `all`, would place it in `main`.
 inline void describe_unlinked(survey::scan& scan, const local_survey& s, std::uint32_t map,
-                              const link_graph& all) {
+                              const link_graph& all, std::optional<std::uint32_t> main) {
   constexpr std::size_t minimum = 4;  // stems
   const std::size_t stems = s.maps[map].stems.size();
   const bool is_ambiguous = s.placed.ambiguous[map] != 0;
@@ -132,9 +132,8 @@ inline void describe_unlinked(survey::scan& scan, const local_survey& s, std::ui
     scan.status =
         stems < minimum || !all.of(map).empty() ? survey::status::unplaced : survey::status::placed_alone;
   scan.reason = reason_of(scan.status, stems);
-  const auto largest = largest_component(s);
   const auto guesses = guess_places(map, all, s.adjusted.poses, [&](const link_graph::edge& e) {
-    return largest && s.placed.parts.of[e.neighbor] == *largest && (!is_ambiguous || s.placed.tried[e.link]);
+    return main && s.placed.parts.of[e.neighbor] == *main && (!is_ambiguous || s.placed.tried[e.link]);
   });
   if (guesses.empty()) return;
   scan.survey_from_scan = guess_by(guesses[0], all, s, map);
@@ -158,13 +157,14 @@ inline std::vector<int> number_components(const local_survey& s, const std::vect
 inline void describe_scans(survey& result, const local_survey& s) {
   result.scans.resize(s.maps.size());
   const link_graph all(s.maps.size(), s.links, [](const survey_link&) { return true; });
+  const auto main = main_component(s);
   const auto shared = shared_stems(s.maps, s.adjusted.poses, s.adjusted.trees, s.adjusted.weights);
   for (const survey_link& l : s.links)
     if (l.used) ++result.scans[l.source].links, ++result.scans[l.target].links;
   for (std::uint32_t m = 0; m < s.maps.size(); ++m) {
     survey::scan& scan = result.scans[m];
     if (s.members[s.placed.parts.of[m]].size() < 2) {
-      describe_unlinked(scan, s, m, all);
+      describe_unlinked(scan, s, m, all, main);
       continue;
     }
     scan.status = survey::status::placed;
