@@ -308,7 +308,7 @@ TEST_CASE("a map of too few stems for a link has its best guess, in the frame of
   const std::size_t count = maps.size();
   for (std::size_t m = 0; m < count; ++m) {
     surveyed_map few = maps[m];
-    few.stems.resize(5);
+    few.stems = scenes::noisy(positions(few.stems.begin(), few.stems.begin() + 5), 0.03, random);
     maps.push_back(few);
   }
   const survey result = register_survey(stems_of(maps), {.decision = {.max_nfa = 1e-12}, .reference = 1});

@@ -78,11 +78,34 @@ inline std::vector<std::uint32_t> links_between(std::span<const survey_link> lin
 struct joining_link {
   std::size_t agreeing = 0;
   std::uint32_t link = 0;
+  std::uint32_t smaller = 0, larger = 0;  ///< the clusters
 };
 
-/// Of each two clusters the link on which most agree.
+/// Counts links that have no map in common: all those of one map are as wrong as it is placed.
+class disjoint_links {
+ public:
+  disjoint_links(std::span<const survey_link> links, std::size_t maps) : links_(links), taken_by_(maps) {}
+
+  /// Whether no link that was counted for this `number` shares a map with it.
+  bool add(std::size_t number, std::uint32_t link) {
+    const survey_link& l = links_[link];
+    const auto is_taken = [&](std::uint32_t m) { return taken_by_[m] == offset_ + number + 1; };
+    if (is_taken(l.source) || is_taken(l.target)) return false;
+    taken_by_[l.source] = taken_by_[l.target] = offset_ + number + 1;
+    return true;
+  }
+  /// Numbers up to `count` stand for something else from now on.
+  void forget(std::size_t count) { offset_ += count + 1; }
+
+ private:
+  std::span<const survey_link> links_;
+  std::vector<std::size_t> taken_by_;  // each map
+  std::size_t offset_ = 0;
+};
+
+/// Of each two clusters the link on which most agree, of several maps those that have no map in common.
 inline std::vector<joining_link> joining_links(std::span<const survey_link> links,
-                                               const map_clusters& clusters) {
+                                               const map_clusters& clusters, std::size_t maps) {
   const std::vector<std::uint32_t> between = links_between(links, clusters);
   const auto low = [&](const survey_link& l) {
     return std::min(clusters.of(l.source), clusters.of(l.target));
@@ -92,6 +115,7 @@ inline std::vector<joining_link> joining_links(std::span<const survey_link> link
   };
   std::vector<proposed_place> places;
   std::vector<joining_link> best;
+  disjoint_links disjoint(links, maps);
   for (std::size_t begin = 0, end = 0; begin < between.size(); begin = end) {
     const survey_link& first = links[between[begin]];
     places.clear();
@@ -105,8 +129,16 @@ inline std::vector<joining_link> joining_links(std::span<const survey_link> link
            is_low ? clusters.pose(l.source) * l.center_in_source() : clusters.pose(l.target) * l.center,
            between[end]});
     }
-    const agreeing_places found = max_agreement(places);
-    best.push_back({found.count, places[found.one].link});
+    std::uint32_t smaller = low(first), larger = high(first);
+    if (clusters.members(larger).size() < clusters.members(smaller).size()) std::swap(smaller, larger);
+    const bool is_one = clusters.members(smaller).size() == 1;
+    const agreeing_places found =
+        is_one ? max_agreement(places)
+               : max_agreement(places, [&](std::size_t i, const proposed_place& other) {
+                   return disjoint.add(i, other.link);
+                 });
+    disjoint.forget(places.size());
+    best.push_back({found.count, places[found.one].link, smaller, larger});
   }
   return best;
 }
@@ -136,16 +168,14 @@ inline std::vector<plan_pose> initial_poses(std::span<const survey_link> links, 
   map_clusters clusters(maps);
   while (true) {
     poll_cancelled();
-    std::vector<joining_link> joining = joining_links(links, clusters);
+    std::vector<joining_link> joining = joining_links(links, clusters, maps);
     if (joining.empty()) break;
     keep_most_agreeing(joining, links);
     std::vector<std::uint8_t> merged(maps);  // clusters whose links are to be counted again first
     for (const joining_link& j : joining) {
-      const std::uint32_t s = clusters.of(links[j.link].source), t = clusters.of(links[j.link].target);
-      const bool is_smaller = clusters.members(s).size() < clusters.members(t).size();
-      if (s == t || merged[is_smaller ? s : t]) continue;
+      if (merged[j.smaller] || (j.agreeing == 1 && merged[j.larger])) continue;
       clusters.merge_by(links[j.link]);
-      merged[s] = merged[t] = true;
+      merged[j.smaller] = merged[j.larger] = true;
     }
   }
   std::vector<plan_pose> poses(maps);

@@ -63,8 +63,8 @@ inline bool is_ambiguous(const link_counts& c) {
   return 2 * c.elsewhere >= c.agreeing && (c.elsewhere > 1 || (c.agreeing <= 1 && !c.is_supported));
 }
 
-/// Takes all links of maps that are ambiguous, and marks these.
-inline void leave_out_ambiguous(const link_graph& taken, std::span<const plan_pose> poses,
+/// Takes all links of maps that are ambiguous out of use, marks these, and says whether there are any.
+inline bool leave_out_ambiguous(const link_graph& taken, std::span<const plan_pose> poses,
                                 std::vector<survey_link>& links, std::vector<std::uint8_t>& ambiguous) {
   std::vector<std::uint32_t> found;
   for (std::uint32_t m = 0; m < taken.size(); ++m) {
@@ -74,6 +74,7 @@ inline void leave_out_ambiguous(const link_graph& taken, std::span<const plan_po
   for (const std::uint32_t m : found) ambiguous[m] = true;
   for (survey_link& l : links)
     if (ambiguous[l.source] || ambiguous[l.target]) l.used = false;
+  return !found.empty();
 }
 
 /// Maps that links with cycles hold together may hang on the others by one that is wrong: where their links
@@ -116,8 +117,8 @@ inline placed_maps place_maps(std::vector<survey_link>& links, std::size_t maps,
     const unknown_poses unknowns(
         maps, [&](std::size_t m) { return result.parts.reference[result.parts.of[m]] == m; });
     if (adjust_links(result.poses, unknowns, links)) {
-      separate_ambiguous_clusters(taken, result.poses, result.parts, links);
-      leave_out_ambiguous(taken, result.poses, links, result.ambiguous);
+      if (!leave_out_ambiguous(taken, result.poses, links, result.ambiguous))
+        separate_ambiguous_clusters(taken, result.poses, result.parts, links);
     } else {
       for (survey_link& l : links) l.used = false;
     }

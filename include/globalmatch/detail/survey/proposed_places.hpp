@@ -32,15 +32,19 @@ struct agreeing_places {
   std::size_t one = 0;  ///< that they agree with; the first of those with as many
 };
 
-/// Cost: quadratic.
-inline agreeing_places max_agreement(std::span<const proposed_place> places) {
+/// Of those that agree with proposal `i` only those count that `counts(i, other)`. Cost: quadratic.
+template <class Counts>
+agreeing_places max_agreement(std::span<const proposed_place> places, const Counts& counts) {
   agreeing_places most;
   for (std::size_t i = 0; i < places.size(); ++i) {
     std::size_t count = 0;
-    for (const proposed_place& other : places) count += agree(places[i], other);
+    for (const proposed_place& other : places) count += agree(places[i], other) && counts(i, other);
     if (count > most.count) most = {count, i};
   }
   return most;
+}
+inline agreeing_places max_agreement(std::span<const proposed_place> places) {
+  return max_agreement(places, [](std::size_t, const proposed_place&) { return true; });
 }
 
 }  // namespace globalmatch::detail
