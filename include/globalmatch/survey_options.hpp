@@ -27,7 +27,7 @@ struct survey_options {
 struct survey {
   enum class status {
     placed,        ///< linked to others
-    ambiguous,     ///< its links place it at several places; not in the adjustment
+    ambiguous,     ///< its links place it at several places; not in the adjustment, be it the reference
     placed_alone,  ///< linked to none, and no guess: a component of its own
     unplaced,      ///< too few stems, or links that are not significant
     no_stems
@@ -37,18 +37,21 @@ struct survey {
     survey::status status = status::no_stems;
     std::string reason = {};  ///< why it was not placed, and what would help; empty where it was
     int component = -1;       ///< 0 is the one of most scans; -1: none
-    /// Pose; the best guess where the scan is ambiguous or unplaced, identity where it stands alone.
+    /// Pose in the frame of the reference of its component; where the scan is ambiguous or unplaced the best
+    /// guess in that of component 0, identity where there is none.
     Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();
     /// Marginal of the adjustment, of shift and turn about the stems' centroid, in the frame of the survey,
     /// against the reference of the component. Empty where the scan was not placed.
     std::optional<transform_uncertainty> uncertainty = {};
-    bool is_height_known = false;  ///< otherwise that of the pose is a guess
-    std::size_t links = 0;         ///< that are used
+    /// Otherwise that of the pose is a guess. Against the reference, or where that has no heights, against
+    /// the first map that has.
+    bool is_height_known = false;
+    std::size_t links = 0;  ///< that are used
     /// [m] between trees and stems that had no say in where the scan was placed: each half of its stems is
     /// placed by the other half. Not a number where fewer than eight are shared.
     double check_median = std::numeric_limits<double>::quiet_NaN();
     double check_worst = std::numeric_limits<double>::quiet_NaN();
-    /// Where else its links place an ambiguous scan.
+    /// Where else its links place an ambiguous scan, most of them first.
     std::vector<Eigen::Isometry3d> alternatives = {};
   };
 
@@ -74,7 +77,7 @@ struct survey {
   struct tree {
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] frame of the survey
     double radius = 0;                                   ///< [m] median of those known; 0: none is
-    double sigma = 0;                                    ///< [m] in plan, along each axis
+    double sigma = 0;                                    ///< [m] in plan, along each axis, in the survey
     double height_sigma = 0;                             ///< [m] infinite where no height is known
     int component = -1;                                  ///< of the scans that saw it
     std::vector<survey::observation> seen = {};          ///< one a scan

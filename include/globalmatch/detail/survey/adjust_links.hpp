@@ -98,6 +98,14 @@ inline double squared_deviations(const survey_link& link, const link_residual& r
   return residual.dot(covariance.inverse() * residual);
 }
 
+/// Standard deviations from which on links do not agree.
+inline constexpr double max_link_deviations = 5;
+
+/// What a link counts beside its covariance: 0 where it does not agree with the poses.
+inline double weight_of(const survey_link& link, const link_residual& r) {
+  return tukey_weight(squared_deviations(link, r) / (max_link_deviations * max_link_deviations));
+}
+
 /// Adjusts the poses to the links that are used, and says of all links how they agree; those that do not are
 /// not used any more. What is far off counts less from the first iteration on, what is off by few standard
 /// deviations from the last ones on: errors that add up along a chain of links are no contradiction
@@ -107,7 +115,7 @@ inline bool adjust_links(std::span<plan_pose> poses, const unknown_poses& unknow
                          std::vector<survey_link>& links) {
   constexpr int max_iterations = 30;
   constexpr double first_scale = 8, last_scale = 0.25, arm = 10;  // [m]
-  constexpr double max_deviations = 5, converged = 1e-5;          // [m]
+  constexpr double converged = 1e-5;                              // [m]
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
   for (const survey_link& l : links)
     if (l.used && unknowns.of[l.source] != unknown_poses::fixed &&
@@ -125,8 +133,7 @@ inline bool adjust_links(std::span<plan_pose> poses, const unknown_poses& unknow
       const double squared = r.shift.squared_norm() + r.turn * r.turn * arm * arm;
       double weight = std::pow(1 + squared / (scale * scale), -2);
       constexpr double least = 1e-6;  // that keeps the system positive definite
-      if (last)
-        weight = std::max(least, tukey_weight(squared_deviations(l, r) / (max_deviations * max_deviations)));
+      if (last) weight = std::max(least, weight_of(l, r));
       add_link(system, unknowns, l, poses[l.source], poses[l.target], (l.covariance / weight).inverse());
     }
     if (!system.factorize()) return false;
@@ -137,7 +144,7 @@ inline bool adjust_links(std::span<plan_pose> poses, const unknown_poses& unknow
   for (survey_link& l : links) {
     if (!l.used) continue;
     const link_residual r(l, poses[l.source], poses[l.target]);
-    l.used = squared_deviations(l, r) < max_deviations * max_deviations;
+    l.used = weight_of(l, r) > 0;
   }
   return true;
 }

@@ -17,6 +17,7 @@
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
+#include "globalmatch/detail/survey/tree_adjustment.hpp"
 
 namespace globalmatch::detail {
 
@@ -26,26 +27,21 @@ struct adjusted_survey {
   std::vector<mat3> covariance;  ///< of shift and yaw of each pose, along the axes of the survey
   tree_observations trees;
   std::vector<double> weights;  ///< of the observations
-  std::vector<std::uint32_t> component_of_tree;
-  double stem_sigma = 0;  ///< [m] of a stem in plan, along each axis
+  double stem_sigma = 0;        ///< [m] of a stem in plan, along each axis
 };
 
 /// Trees of all components, and of maps that stand alone none.
 inline tree_observations trees_of_components(std::span<const prepared_stems> maps,
                                              std::span<const plan_pose> poses,
                                              const std::vector<std::vector<std::uint32_t>>& members,
-                                             double radius, std::vector<std::uint32_t>& component_of_tree) {
+                                             double radius) {
   tree_observations all;
-  component_of_tree.clear();
-  for (std::uint32_t c = 0; c < members.size(); ++c) {
-    if (members[c].size() < 2) continue;
-    const tree_observations trees = find_trees(maps, members[c], poses, radius);
+  for (const auto& of_component : members) {
+    if (of_component.size() < 2) continue;
+    const tree_observations trees = find_trees(maps, of_component, poses, radius);
     const std::size_t before = all.stems.size();
     all.stems.insert(all.stems.end(), trees.stems.begin(), trees.stems.end());
-    for (std::size_t t = 0; t < trees.size(); ++t) {
-      all.first.push_back(before + trees.first[t + 1]);
-      component_of_tree.push_back(c);
-    }
+    for (std::size_t t = 0; t < trees.size(); ++t) all.first.push_back(before + trees.first[t + 1]);
   }
   return all;
 }
@@ -58,12 +54,14 @@ inline double typical_rms(std::span<const survey_link> links) {
   return rms.empty() ? 0 : median(rms);
 }
 
-/// Finds the trees by the poses, adjusts the poses to them, and does so again.
+/// Finds the trees by the poses, adjusts the poses to them, and does so again. Where that fails poses stay
+/// those of the links, of an uncertainty that says nothing, and there are no trees.
 inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, const placed_maps& placed,
                                        std::span<const survey_link> links,
                                        const std::vector<std::vector<std::uint32_t>>& members) {
   constexpr int iterations = 2;
-  constexpr double in_rms = 3, min_radius = 0.05;  // [m]
+  constexpr double in_rms = 3, min_radius = 0.05;          // [m]
+  constexpr double unknown_shift = 1e6, unknown_yaw = 10;  // [m^2] [rad^2]
   adjusted_survey result;
   result.poses = placed.poses;
   result.covariance.resize(maps.size());
@@ -73,10 +71,15 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
   });
   const double rms = typical_rms(links), radius = std::max(min_radius, in_rms * rms);
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    result.trees = trees_of_components(maps, result.poses, members, radius, result.component_of_tree);
-    tree_adjustment adjustment(maps, result.trees, unknowns, rms);
+    result.trees = trees_of_components(maps, result.poses, members, radius);
+    tree_adjustment adjustment(maps, result.trees, links, unknowns, rms);
     std::vector<plan_pose> poses = result.poses;
-    if (!adjustment.adjust(poses)) break;
+    if (!adjustment.adjust(poses)) {
+      result.trees = {};
+      result.weights.clear();
+      result.covariance.assign(maps.size(), mat3::diagonal_of({unknown_shift, unknown_shift, unknown_yaw}));
+      break;
+    }
     result.poses = std::move(poses);
     result.weights.assign(adjustment.weights().begin(), adjustment.weights().end());
     result.stem_sigma = adjustment.sigma();

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <span>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -22,7 +22,8 @@ class block_system {
   using block = Eigen::Matrix<double, Dimension, Dimension>;
   using vector = Eigen::Matrix<double, Dimension, 1>;
 
-  /// `pairs` of different blocks that have something in common, in any order, also more than once.
+  /// `pairs` of different blocks that have something in common, in any order, also more than once. Throws
+  /// `std::length_error` where the matrix has 2^31 numbers or more.
   block_system(std::size_t size, std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs)
       : size_(size), first_(size + 1, 0) {
     for (auto& [row, column] : pairs)
@@ -35,6 +36,8 @@ class block_system {
     rows_.reserve(pairs.size());
     for (const auto& [row, column] : pairs) rows_.push_back(row), ++first_[column + 1];
     for (std::size_t c = 0; c < size; ++c) first_[c + 1] += first_[c];
+    if (rows_.size() >= std::size_t(std::numeric_limits<int>::max()) / (Dimension * Dimension))
+      throw std::length_error("the maps of a survey have too many pairs that share trees");
     blocks_.resize(rows_.size());
     lay_out();
     set_zero();

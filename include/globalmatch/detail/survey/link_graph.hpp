@@ -1,17 +1,19 @@
-// The graph of a survey: which links support each other, and where they place the maps at first.
+// The graph of a survey: which links support each other, and what they connect.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/points.hpp"
 
 namespace globalmatch::detail {
 
@@ -92,23 +94,53 @@ inline bool is_closed(const link_graph& graph, const survey_link& l, const link_
          turned * turned < deviations * deviations * yaw_variance;
 }
 
+/// Share of the pairs of a link whose stems, in the map that both have in common, the other does not pair.
+inline double share_without(const survey_link& l, const survey_link& other) {
+  if (l.correspondences.empty()) return 1;
+  const bool by_source = l.source == other.source || l.source == other.target;
+  const std::uint32_t common = by_source ? l.source : l.target;
+  std::size_t own = 0;
+  for (const correspondence& c : l.correspondences) {
+    const stem_index stem = by_source ? c.source : c.target;
+    own += std::none_of(
+        other.correspondences.begin(), other.correspondences.end(),
+        [&](const correspondence& o) { return (other.source == common ? o.source : o.target) == stem; });
+  }
+  return double(own) / double(l.correspondences.size());
+}
+
+/// The log10 NFA of links of one cycle together. Stems that two of them pair count once: scans of the same
+/// trees resemble an unrelated one alike.
+inline double log10_nfa_together(std::span<const survey_link*> links) {
+  std::sort(links.begin(), links.end(), [](const survey_link* a, const survey_link* b) {
+    return a->log10_nfa != b->log10_nfa ? a->log10_nfa < b->log10_nfa : a < b;
+  });
+  double sum = 0;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    double share = 1;
+    for (std::size_t k = 0; k < i; ++k) share *= share_without(*links[i], *links[k]);
+    sum += share * links[i]->log10_nfa;
+  }
+  return sum;
+}
+
 /// Counts the cycles of three links that close, for each link. `max_log10_nfa`: a link that is less
 /// significant needs a cycle whose links that are not significant are so together. Links without are not used
 /// any more.
 inline void use_supported_links(std::vector<survey_link>& links, std::size_t maps, double max_log10_nfa) {
   const link_graph graph(maps, links, [](const survey_link&) { return true; });
-  const auto is_strong = [&](const survey_link& l) { return l.log10_nfa <= max_log10_nfa; };
   std::vector<std::uint8_t> used(links.size());
   std::vector<std::size_t> cycles(links.size());
   for (std::size_t i = 0; i < links.size(); ++i) {
-    used[i] = is_strong(links[i]);
-    graph.for_each_common_neighbor(links[i].source, links[i].target, [&](const auto& s, const auto& t) {
-      if (!is_closed(graph, links[i], s, t)) return;
-      double weak = is_strong(links[i]) ? 0 : links[i].log10_nfa;
-      std::size_t of_weak = is_strong(links[i]) ? 0 : 1;
-      for (const auto& e : {s, t})
-        if (!is_strong(graph.link(e))) weak += graph.link(e).log10_nfa, ++of_weak;
-      if (of_weak > 1 && weak > max_log10_nfa) return;
+    const survey_link& own = links[i];
+    used[i] = own.log10_nfa <= max_log10_nfa;
+    graph.for_each_common_neighbor(own.source, own.target, [&](const auto& s, const auto& t) {
+      if (!is_closed(graph, own, s, t)) return;
+      std::array<const survey_link*, 3> weak;
+      std::size_t count = 0;
+      for (const survey_link* l : {&own, &graph.link(s), &graph.link(t)})
+        if (l->log10_nfa > max_log10_nfa) weak[count++] = l;
+      if (count > 1 && log10_nfa_together(std::span(weak).first(count)) > max_log10_nfa) return;
       ++cycles[i];
       used[i] = true;
     });
@@ -150,49 +182,6 @@ inline components find_components(const link_graph& graph, std::size_t preferred
     }
   }
   return found;
-}
-
-/// Poses along the links that most cycles support, of these the most significant ones first: a spanning tree
-/// of each component, from its reference.
-inline std::vector<plan_pose> poses_by_spanning_tree(std::span<const survey_link> links, std::size_t maps,
-                                                     const components& parts) {
-  std::vector<std::uint32_t> order, parent(maps);
-  for (std::uint32_t l = 0; l < links.size(); ++l)
-    if (links[l].used) order.push_back(l);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    if (links[a].supporting_cycles != links[b].supporting_cycles)
-      return links[a].supporting_cycles > links[b].supporting_cycles;
-    return links[a].log10_nfa != links[b].log10_nfa ? links[a].log10_nfa < links[b].log10_nfa : a < b;
-  });
-  std::iota(parent.begin(), parent.end(), 0u);
-  const auto root = [&](std::uint32_t m) {
-    while (parent[m] != m) m = parent[m] = parent[parent[m]];
-    return m;
-  };
-  std::vector<std::uint8_t> in_tree(links.size());
-  for (const std::uint32_t l : order) {
-    const std::uint32_t a = root(links[l].source), b = root(links[l].target);
-    if (a == b) continue;
-    parent[a] = b;
-    in_tree[l] = true;
-  }
-  const link_graph tree(maps, links,
-                        [&](const survey_link& l) { return in_tree[std::size_t(&l - links.data())] != 0; });
-  std::vector<plan_pose> poses(maps);
-  std::vector<std::uint8_t> placed(maps);
-  std::vector<std::uint32_t> open(parts.reference);
-  for (const std::uint32_t m : open) placed[m] = true;
-  while (!open.empty()) {
-    const std::uint32_t m = open.back();
-    open.pop_back();
-    for (const auto& e : tree.of(m)) {
-      if (placed[e.neighbor]) continue;
-      placed[e.neighbor] = true;
-      poses[e.neighbor] = poses[m] * tree.neighbor_from(m, e).inverse();
-      open.push_back(e.neighbor);
-    }
-  }
-  return poses;
 }
 
 }  // namespace globalmatch::detail

@@ -128,10 +128,11 @@ class overlap_index {
 
   /// The votes of the triangles that fewest others are like: the rest says little, and costs most.
   std::vector<vote> votes_of(std::size_t source, double tolerance, bool all_others) const {
-    constexpr std::size_t max_like = 1024, votes_of_pair = 256, max_votes_of_map = 40'000;
+    constexpr std::size_t max_like = 1024, votes_of_pair = 256, max_votes_of_map = 40'000,
+                          at_once = 8;  // as many more are held, of maps of any size
     const std::size_t max_votes = std::min(max_votes_of_map, votes_of_pair * maps_.size());
     const vec2 middle = middle_of(source);
-    std::vector<vote> votes, chosen;
+    std::vector<vote> votes;
     std::vector<keyed> triangles;  // by how many are like them; where their votes begin
     for (std::size_t t = 0; t < triangles_[source].size(); ++t) {
       if (t % 64 == 0) poll_cancelled();
@@ -150,15 +151,31 @@ class overlap_index {
         votes.resize(before);
       else if (votes.size() > before)
         triangles.push_back({votes.size() - before, before});
+      if (votes.size() > at_once * max_votes) keep_rarest(votes, triangles, max_votes);
     }
-    if (votes.size() <= max_votes) return votes;
+    keep_rarest(votes, triangles, max_votes);
+    return votes;
+  }
+
+  /// Leaves the votes of the triangles of fewest votes, in all at most `max_votes`. `triangles`: number of
+  /// votes of each, and where they begin.
+  static void keep_rarest(std::vector<vote>& votes, std::vector<keyed>& triangles, std::size_t max_votes) {
+    if (votes.size() <= max_votes) return;
     sort_keyed(triangles);
-    for (const keyed& t : triangles) {
-      if (chosen.size() + t.key > max_votes) break;
+    std::size_t kept = 0, total = 0;
+    while (kept < triangles.size() && total + triangles[kept].key <= max_votes)
+      total += triangles[kept++].key;
+    triangles.resize(kept);
+    std::sort(triangles.begin(), triangles.end(),
+              [](const keyed& a, const keyed& b) { return a.value < b.value; });
+    total = 0;
+    for (keyed& t : triangles) {
       const auto begin = votes.begin() + std::ptrdiff_t(t.value);
-      chosen.insert(chosen.end(), begin, begin + std::ptrdiff_t(t.key));
+      std::copy(begin, begin + std::ptrdiff_t(t.key), votes.begin() + std::ptrdiff_t(total));
+      t.value = total;
+      total += t.key;
     }
-    return chosen;
+    votes.resize(total);
   }
 
   static vote vote_of(const indexed_triangle& own, const indexed_triangle& other, const vec2& middle) {

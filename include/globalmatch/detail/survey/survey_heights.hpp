@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
+#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
@@ -22,17 +24,30 @@ namespace globalmatch::detail {
 
 struct survey_heights {
   std::vector<double> of_map;       ///< [m] by which each is raised
-  std::vector<double> sigma;        ///< [m] of these, against the reference
-  std::vector<std::uint8_t> known;  ///< by trees in common with the reference, or with maps that have some
+  std::vector<double> sigma;        ///< [m] of these, against the datum of the component
+  std::vector<std::uint8_t> known;  ///< by trees in common with the datum, or with maps that have some
   double stem_sigma = 0;            ///< [m] of a stem's height
   std::vector<double> weights;      ///< of the observations of the trees
 };
 
-/// Heights along the links that are used, by the median of the paired stems, from each reference on.
+/// The map of each component that the heights of others refer to: the first one that has any, or the first
+/// one. `members`: the maps of each, the reference first.
+inline std::vector<std::uint32_t> height_datums(std::span<const prepared_stems> maps,
+                                                const std::vector<std::vector<std::uint32_t>>& members) {
+  std::vector<std::uint32_t> datums;
+  for (const auto& of_component : members) {
+    const auto first = std::find_if(of_component.begin(), of_component.end(),
+                                    [&](std::uint32_t m) { return maps[m].stems.has_heights; });
+    datums.push_back(first == of_component.end() ? of_component.front() : *first);
+  }
+  return datums;
+}
+
+/// Heights along the links that are used, by the median of the paired stems, from each datum on.
 inline void heights_along_links(std::span<const prepared_stems> maps, const link_graph& graph,
-                                std::span<const std::uint32_t> references, survey_heights& heights) {
+                                std::span<const std::uint32_t> datums, survey_heights& heights) {
   std::vector<std::uint32_t> open;
-  for (const std::uint32_t m : references)
+  for (const std::uint32_t m : datums)
     if (maps[m].stems.has_heights) heights.known[m] = true, open.push_back(m);
   for (std::size_t next = 0; next < open.size(); ++next) {
     const std::uint32_t m = open[next];
@@ -67,16 +82,21 @@ class height_adjustment {
       heights_.weights[i] = heights_.known[trees.stems[i].map] ? 1 : 0;
   }
 
-  /// False where the trees do not determine all heights.
+  /// False where the trees do not determine all heights; those that they do not are not known any more.
   bool adjust() {
     constexpr int max_iterations = 10;
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
       reweight();
-      fill();
       if (unknowns_.count == 0) return true;
-      if (!system_.factorize()) return false;
+      if (forget_unconnected()) return false;
+      fill();
+      if (!system_.factorize()) {
+        for (std::size_t m = 0; m < maps_.size(); ++m)
+          if (unknowns_.of[m] != unknown_poses::fixed) heights_.known[m] = false;
+        return false;
+      }
       const Eigen::VectorXd change = system_.solve();
       for (std::size_t m = 0; m < maps_.size(); ++m)
         if (unknowns_.of[m] != unknown_poses::fixed)
@@ -107,24 +127,54 @@ class height_adjustment {
   void reweight() {
     constexpr double min_sigma = 1e-3;  // [m]
     std::vector<double> off(trees_.stems.size(), 0), sample;
+    double redundancy = 0;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       std::vector<double> of_tree;
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
         if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
       if (of_tree.size() < 2) continue;
+      // From differences: of an odd number of heights one is the median, and 0 off.
+      for (std::size_t k = 1; k < of_tree.size(); ++k)
+        sample.push_back(std::abs(of_tree[k] - of_tree[k - 1]) / std::numbers::sqrt2);
       const double count = double(of_tree.size()), middle = median(of_tree);
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        if (!heights_.known[trees_.stems[i].map]) continue;
-        off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
-        sample.push_back(std::abs(off[i]));
-      }
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
+        if (heights_.known[trees_.stems[i].map])
+          off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
+      redundancy += count - 1;
     }
     if (sample.empty()) return;
-    heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample));
+    heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample) *
+                                                  growth_of_residuals(redundancy, double(unknowns_.count)));
     const double largest = tukey_constant * heights_.stem_sigma;
     for (std::size_t i = 0; i < off.size(); ++i)
       if (heights_.known[trees_.stems[i].map])
         heights_.weights[i] = tukey_weight(off[i] * off[i] / (largest * largest));
+  }
+
+  /// Takes the heights for unknown that no trees connect with a fixed one, and says whether there are any.
+  bool forget_unconnected() {
+    constexpr double min_weight = 1e-3;
+    std::vector<std::uint32_t> parent(maps_.size());
+    std::iota(parent.begin(), parent.end(), 0u);
+    const auto root = [&](std::uint32_t m) {
+      while (parent[m] != m) m = parent[m] = parent[parent[m]];
+      return m;
+    };
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      const stem_of_map* first = nullptr;
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
+        if (!(heights_.weights[i] > min_weight)) continue;
+        if (first) parent[root(trees_.stems[i].map)] = root(first->map);
+        first = &trees_.stems[i];
+      }
+    }
+    std::vector<std::uint8_t> is_fixed(maps_.size());
+    for (std::uint32_t m = 0; m < maps_.size(); ++m)
+      if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[root(m)] = true;
+    bool any = false;
+    for (std::uint32_t m = 0; m < maps_.size(); ++m)
+      if (heights_.known[m] && !is_fixed[root(m)]) heights_.known[m] = false, any = true;
+    return any;
   }
 
   void fill() {
@@ -159,22 +209,24 @@ class height_adjustment {
   block_system<1> system_;
 };
 
-/// The heights of maps, and what is known of them. Unknown ones are 0.
+/// The heights of maps, and what is known of them. Unknown ones are guesses. `members`: the maps of each
+/// component, the reference first.
 inline survey_heights find_heights(std::span<const prepared_stems> maps, const tree_observations& trees,
-                                   const link_graph& used, std::span<const std::uint32_t> references) {
+                                   const link_graph& used,
+                                   const std::vector<std::vector<std::uint32_t>>& members) {
+  const std::vector<std::uint32_t> datums = height_datums(maps, members);
   survey_heights heights;
   heights.of_map.assign(maps.size(), 0);
   heights.sigma.assign(maps.size(), 0);
   heights.known.assign(maps.size(), 0);
-  heights_along_links(maps, used, references, heights);
-  std::vector<std::uint8_t> is_reference(maps.size());
-  for (const std::uint32_t m : references) is_reference[m] = true;
-  const unknown_poses unknowns(maps.size(),
-                               [&](std::size_t m) { return is_reference[m] || !heights.known[m]; });
-  height_adjustment adjustment(maps, trees, unknowns, heights);
-  if (!adjustment.adjust())
-    for (std::size_t m = 0; m < maps.size(); ++m) heights.known[m] = heights.known[m] && is_reference[m];
-  return heights;
+  heights_along_links(maps, used, datums, heights);
+  std::vector<std::uint8_t> is_datum(maps.size());
+  for (const std::uint32_t m : datums) is_datum[m] = true;
+  while (true) {  // with ever fewer heights that are known
+    const unknown_poses unknowns(maps.size(),
+                                 [&](std::size_t m) { return is_datum[m] || !heights.known[m]; });
+    if (height_adjustment(maps, trees, unknowns, heights).adjust()) return heights;
+  }
 }
 
 }  // namespace globalmatch::detail

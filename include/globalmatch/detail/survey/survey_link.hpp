@@ -25,18 +25,19 @@ struct survey_link {
   double inlier_threshold = 0, rms = 0;  ///< [m]
   std::vector<correspondence> correspondences;
   std::size_t supporting_cycles = 0;
-  double residual = 0;  ///< [m] from the adjusted poses, root mean square over the paired stems
   bool used = true;
 
   vec2 center_in_source() const { return target_from_source.inverse() * center; }
 };
 
-/// What of a covariance of shift and turn about the vertical is in plan.
+/// What of a covariance of shift and turn about the vertical is in plan. It has an inverse also where stems
+/// agree to the bit, as those of a map and its copy do.
 inline mat3 plan_covariance(const local_uncertainty& u) {
-  mat3 covariance;
+  constexpr double min_yaw_sigma = 5e-5;  // [rad] half a millimetre, as of the shift, at 10 m
+  mat3 covariance = mat3::diagonal_of({0, 0, min_yaw_sigma * min_yaw_sigma});
   const std::size_t of[3] = {0, 1, 3};
   for (int c = 0; c < 3; ++c)
-    for (int r = 0; r < 3; ++r) covariance(r, c) = u.covariance(of[r], of[c]);
+    for (int r = 0; r < 3; ++r) covariance(r, c) += u.covariance(of[r], of[c]);
   return covariance;
 }
 

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/guess_places.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
@@ -92,37 +94,51 @@ inline std::string reason_of(survey::status status, std::size_t stems) {
   return "";
 }
 
-/// The most significant link of each map, whether it is used or not; null where it has none.
-inline std::vector<const survey_link*> best_links(const local_survey& s) {
-  std::vector<const survey_link*> best(s.maps.size(), nullptr);
-  for (const survey_link& l : s.links)
-    for (const std::uint32_t m : {l.source, l.target})
-      if (!best[m] || l.log10_nfa < best[m]->log10_nfa) best[m] = &l;
-  return best;
+/// The component of most maps, those of one left out; nothing where all are.
+inline std::optional<std::uint32_t> main_component(const local_survey& s) {
+  std::optional<std::uint32_t> largest;
+  for (std::uint32_t c = 0; c < s.members.size(); ++c)
+    if (s.members[c].size() > (largest ? s.members[*largest].size() : 1)) largest = c;
+  return largest;
 }
 
-/// The status of a map that no link holds, and a guess where its best link would place it.
-inline void describe_unlinked(survey::scan& scan, const local_survey& s, std::size_t map,
-                              const survey_link* best) {
+/// Where a link to a map that was placed places another one.
+inline Eigen::Isometry3d guess_by(const link_graph::edge& e, const link_graph& graph, const local_survey& s,
+                                  std::uint32_t map) {
+  const survey_link& l = graph.link(e);
+  std::vector<double> above;  // stems of the map, those of the neighbor
+  for (const correspondence& c : l.correspondences) {
+    const double of_source = s.maps[l.source].stems.at[c.source].z,
+                 of_target = s.maps[l.target].stems.at[c.target].z;
+    above.push_back(l.source == map ? of_source - of_target : of_target - of_source);
+  }
+  const plan_pose pose = s.adjusted.poses[e.neighbor] * graph.neighbor_from(map, e);
+  return to_eigen(s.reference_of(e.neighbor).stems.frame.local_from_scan().inverse() *
+                  in_space(pose, s.heights.of_map[e.neighbor] - median(above)) *
+                  s.maps[map].stems.frame.local_from_scan());
+}
+
+/// The status of a map that no link holds, and guesses where its links, of `all`, would place it in `main`.
+inline void describe_unlinked(survey::scan& scan, const local_survey& s, std::uint32_t map,
+                              const link_graph& all, std::optional<std::uint32_t> main) {
   constexpr std::size_t minimum = 4;  // stems
   const std::size_t stems = s.maps[map].stems.size();
+  const bool is_ambiguous = s.placed.ambiguous[map] != 0;
   if (stems == 0)
     scan.status = survey::status::no_stems;
-  else if (!s.placed.elsewhere[map].empty())
+  else if (is_ambiguous)
     scan.status = survey::status::ambiguous;
   else
-    scan.status = stems < minimum || best ? survey::status::unplaced : survey::status::placed_alone;
+    scan.status =
+        stems < minimum || !all.of(map).empty() ? survey::status::unplaced : survey::status::placed_alone;
   scan.reason = reason_of(scan.status, stems);
-  if (!best) return;
-  const std::uint32_t other = best->source == map ? best->target : best->source;
-  const plan_pose from_map =
-      best->source == map ? best->target_from_source : best->target_from_source.inverse();
-  const auto guess = [&](const plan_pose& pose) {
-    return to_eigen(s.reference_of(other).stems.frame.local_from_scan().inverse() *
-                    in_space(pose, s.heights.of_map[other]) * s.maps[map].stems.frame.local_from_scan());
-  };
-  scan.survey_from_scan = guess(s.adjusted.poses[other] * from_map);
-  for (const plan_pose& elsewhere : s.placed.elsewhere[map]) scan.alternatives.push_back(guess(elsewhere));
+  const auto guesses = guess_places(map, all, s.adjusted.poses, [&](const link_graph::edge& e) {
+    return main && s.placed.parts.of[e.neighbor] == *main && (!is_ambiguous || s.placed.tried[e.link]);
+  });
+  if (guesses.empty()) return;
+  scan.survey_from_scan = guess_by(guesses[0], all, s, map);
+  for (std::size_t i = 1; i < guesses.size() && is_ambiguous; ++i)
+    scan.alternatives.push_back(guess_by(guesses[i], all, s, map));
 }
 
 /// Components by decreasing size, then by their lowest map; -1 for those of one map that was not placed.
@@ -140,14 +156,15 @@ inline std::vector<int> number_components(const local_survey& s, const std::vect
 
 inline void describe_scans(survey& result, const local_survey& s) {
   result.scans.resize(s.maps.size());
-  const std::vector<const survey_link*> best = best_links(s);
+  const link_graph all(s.maps.size(), s.links, [](const survey_link&) { return true; });
+  const auto main = main_component(s);
   const auto shared = shared_stems(s.maps, s.adjusted.poses, s.adjusted.trees, s.adjusted.weights);
   for (const survey_link& l : s.links)
     if (l.used) ++result.scans[l.source].links, ++result.scans[l.target].links;
-  for (std::size_t m = 0; m < s.maps.size(); ++m) {
+  for (std::uint32_t m = 0; m < s.maps.size(); ++m) {
     survey::scan& scan = result.scans[m];
     if (s.members[s.placed.parts.of[m]].size() < 2) {
-      describe_unlinked(scan, s, m, best[m]);
+      describe_unlinked(scan, s, m, all, main);
       continue;
     }
     scan.status = survey::status::placed;
@@ -161,6 +178,17 @@ inline void describe_scans(survey& result, const local_survey& s) {
   const std::vector<int> number = number_components(s, result.scans);
   for (std::size_t m = 0; m < s.maps.size(); ++m) result.scans[m].component = number[s.placed.parts.of[m]];
   result.components = std::size_t(std::count_if(number.begin(), number.end(), [](int n) { return n >= 0; }));
+}
+
+/// Root mean square [m] in plan of how far the adjusted poses place paired stems from where the link does.
+inline double residual_of(const survey_link& l, const local_survey& s) {
+  const plan_pose target_from_source = s.adjusted.poses[l.target].inverse() * s.adjusted.poses[l.source];
+  double squares = 0;
+  for (const correspondence& c : l.correspondences) {
+    const vec2 stem = s.maps[l.source].stems.at[c.source].xy();
+    squares += (target_from_source * stem - l.target_from_source * stem).squared_norm();
+  }
+  return std::sqrt(squares / double(std::max<std::size_t>(1, l.correspondences.size())));
 }
 
 inline void describe_links(survey& result, const local_survey& s) {
@@ -180,42 +208,68 @@ inline void describe_links(survey& result, const local_survey& s) {
     link.rms = l.rms;
     link.supporting_cycles = l.supporting_cycles;
     link.used = l.used;
-    if (s.placed.parts.of[l.source] == s.placed.parts.of[l.target])
-      link.residual = link_residual(l, s.adjusted.poses[l.source], s.adjusted.poses[l.target]).shift.norm();
+    if (s.placed.parts.of[l.source] == s.placed.parts.of[l.target]) link.residual = residual_of(l, s);
     result.links.push_back(link);
   }
+  std::sort(result.links.begin(), result.links.end(), [](const auto& a, const auto& b) {
+    return a.source != b.source ? a.source < b.source : a.target < b.target;
+  });
 }
+
+/// Variance [m^2] in plan, along each axis, of where the pose of a map places this.
+inline double pose_variance(const local_survey& s, std::uint32_t map, const vec2& place) {
+  const vec2 lever = quarter_turned(place - s.adjusted.poses[map].shift);
+  const mat3& c = s.adjusted.covariance[map];
+  return (c(0, 0) + c(1, 1) + c(2, 2) * lever.squared_norm() + 2 * (c(0, 2) * lever.x + c(1, 2) * lever.y)) /
+         2;
+}
+
+/// What the observations of a tree say, weighted.
+struct tree_sums {
+  vec3 place;  ///< [m] with heights weighted by themselves
+  double weight = 0, height_weight = 0;
+  double variance = 0, height_variance = 0;  ///< [m^2] of the poses
+  std::vector<double> radii;
+  std::vector<survey::observation> seen;
+
+  void add(const local_survey& s, std::size_t i) {
+    const stem_of_map& o = s.adjusted.trees.stems[i];
+    const position_set& stems = s.maps[o.map].stems;
+    const double w = s.adjusted.weights[i], w_height = s.heights.weights[i];
+    if (!(w > 0)) return;
+    const vec2 at = s.adjusted.poses[o.map] * stems.at[o.stem].xy();
+    place += {w * at.x, w * at.y, w_height * (stems.at[o.stem].z + s.heights.of_map[o.map])};
+    weight += w;
+    height_weight += w_height;
+    variance += w * pose_variance(s, o.map, at);
+    height_variance += w_height * s.heights.sigma[o.map] * s.heights.sigma[o.map];
+    if (!stems.radius.empty() && stems.radius[o.stem] > 0) radii.push_back(stems.radius[o.stem]);
+    seen.push_back({o.map, stems.original[o.stem]});
+  }
+};
 
 inline void describe_trees(survey& result, const local_survey& s) {
   const tree_observations& trees = s.adjusted.trees;
   for (std::size_t t = 0; t < trees.size(); ++t) {
-    survey::tree tree;
-    vec3 sum;
-    double total = 0, of_heights = 0;
-    std::vector<double> radii;
-    for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) {
-      const stem_of_map& o = trees.stems[i];
-      const position_set& stems = s.maps[o.map].stems;
-      const double weight = s.adjusted.weights[i], weight_of_height = s.heights.weights[i];
-      if (!(weight > 0)) continue;
-      const vec2 place = s.adjusted.poses[o.map] * stems.at[o.stem].xy();
-      sum.x += weight * place.x;
-      sum.y += weight * place.y;
-      sum.z += weight_of_height * (stems.at[o.stem].z + s.heights.of_map[o.map]);
-      total += weight;
-      of_heights += weight_of_height;
-      if (!stems.radius.empty() && stems.radius[o.stem] > 0) radii.push_back(stems.radius[o.stem]);
-      tree.seen.push_back({o.map, stems.original[o.stem]});
-    }
-    if (tree.seen.empty()) continue;
+    tree_sums sums;
+    for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) sums.add(s, i);
+    if (sums.seen.empty()) continue;
+    const double weight = sums.weight, height_weight = sums.height_weight;
+    const bool has_height = height_weight > 0;
     const std::uint32_t map = trees.stems[trees.first[t]].map;
-    const vec3 place = {sum.x / total, sum.y / total, of_heights > 0 ? sum.z / of_heights : 0};
+    const vec3 place = {sums.place.x / weight, sums.place.y / weight,
+                        has_height ? sums.place.z / height_weight : 0};
+    survey::tree tree;
     tree.position = to_eigen(s.reference_of(map).stems.frame.to_scan(place));
-    tree.radius = radii.empty() ? 0 : median(radii);
-    tree.sigma = s.adjusted.stem_sigma / std::sqrt(total);
-    tree.height_sigma = of_heights > 0 ? s.heights.stem_sigma / std::sqrt(of_heights)
-                                       : std::numeric_limits<double>::infinity();
+    tree.radius = sums.radii.empty() ? 0 : median(sums.radii);
+    // Errors of poses are taken for common to the maps that saw it, as those of neighbors nearly are.
+    tree.sigma = std::sqrt((s.adjusted.stem_sigma * s.adjusted.stem_sigma + sums.variance) / weight);
+    tree.height_sigma =
+        has_height
+            ? std::sqrt((s.heights.stem_sigma * s.heights.stem_sigma + sums.height_variance) / height_weight)
+            : std::numeric_limits<double>::infinity();
     tree.component = result.scans[map].component;
+    tree.seen = std::move(sums.seen);
     result.trees.push_back(std::move(tree));
   }
 }

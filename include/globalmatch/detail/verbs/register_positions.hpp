@@ -51,7 +51,7 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets, con
   const link_graph used(maps.size(), s.links, [](const survey_link& l) { return l.used; });
   s.members = members_of(s.placed, used);
   s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
-  s.heights = find_heights(maps, s.adjusted.trees, used, s.placed.parts.reference);
+  s.heights = find_heights(maps, s.adjusted.trees, used, s.members);
   describe_scans(result, s);
   describe_links(result, s);
   describe_trees(result, s);

@@ -1,0 +1,233 @@
+// Poses in plan adjusted to trees. In: maps with poses, which stems are one tree, links. Out: adjusted poses,
+// weights of the stems, covariances.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/matrices.hpp"
+#include "globalmatch/detail/core/robust.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/adjust_links.hpp"
+#include "globalmatch/detail/survey/block_system.hpp"
+#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_trees.hpp"
+#include "globalmatch/matching.hpp"
+
+namespace globalmatch::detail {
+
+/// The pairs of unknowns that trees or links connect.
+inline std::vector<std::pair<std::uint32_t, std::uint32_t>> connected_pairs(
+    const tree_observations& trees, std::span<const survey_link> links, const unknown_poses& unknowns) {
+  auto pairs = pairs_of_maps(trees, unknowns);
+  for (const survey_link& l : links)
+    if (const std::uint32_t s = unknowns.of[l.source], t = unknowns.of[l.target];
+        l.used && s != unknown_poses::fixed && t != unknown_poses::fixed)
+      pairs.emplace_back(s, t);
+  return pairs;
+}
+
+/// The adjustment of poses in plan to trees, whose places are eliminated. Refers to all that it is given.
+class tree_adjustment {
+ public:
+  /// `sigma` [m] of stems in plan, along each axis. Links that are used connect the maps; those whose stems
+  /// are hardly any tree hold their maps themselves.
+  tree_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
+                  std::span<const survey_link> links, const unknown_poses& unknowns, double sigma)
+      : maps_(maps),
+        trees_(trees),
+        links_(links),
+        unknowns_(unknowns),
+        sigma_(sigma),
+        system_(unknowns.count, connected_pairs(trees, links, unknowns)) {
+    weights_.assign(trees.stems.size(), 1);
+    first_stem_.assign(1, 0);
+    for (const prepared_stems& map : maps) first_stem_.push_back(first_stem_.back() + map.stems.size());
+    observation_of_.assign(first_stem_.back(), none);
+    tree_of_.resize(trees.stems.size());
+    for (std::size_t t = 0; t < trees.size(); ++t)
+      for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) {
+        tree_of_[i] = t;
+        observation_of_[first_stem_[trees.stems[i].map] + trees.stems[i].stem] = i;
+      }
+  }
+
+  /// Moves the poses until convergence; observations that do not fit their tree lose their weight. False
+  /// where trees and links do not determine all of them.
+  bool adjust(std::span<plan_pose> poses) {
+    constexpr int max_iterations = 20;
+    constexpr double converged = 1e-5;  // [m]
+    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+      poll_cancelled();
+      reweight(poses, iteration == 0);
+      fill(poses);
+      if (unknowns_.count == 0) return true;
+      if (!system_.factorize()) return false;
+      if (move_poses(poses, unknowns_, system_.solve()) < converged) break;
+    }
+    return true;
+  }
+
+  /// Standard deviation [m] of an observation along each axis, once adjusted.
+  double sigma() const { return sigma_; }
+  /// Of the observations of all trees, in their order: 0 for those that belong to none.
+  std::span<const double> weights() const { return weights_; }
+
+  /// Covariances of shift and yaw of the poses, along the axes of the survey; 0 of fixed ones. After
+  /// `adjust`.
+  std::vector<mat3> covariances() const {
+    std::vector<mat3> result(unknowns_.of.size());
+    if (unknowns_.count == 0) return result;
+    const auto blocks = system_.inverse_blocks();
+    for (std::size_t m = 0; m < result.size(); ++m)
+      if (unknowns_.of[m] != unknown_poses::fixed)
+        for (int c = 0; c < 3; ++c)
+          for (int r = 0; r < 3; ++r) result[m](r, c) = blocks[unknowns_.of[m]](r, c) * sigma_ * sigma_;
+    return result;
+  }
+
+  /// Weighted mean [m] of where the stems of a tree are; nothing counts more than once.
+  vec2 place_of(std::size_t tree, std::span<const plan_pose> poses) const {
+    vec2 sum = vec2{};
+    double total = 0;
+    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
+      sum += weight(i) * placed(i, poses);
+      total += weight(i);
+    }
+    return total > 0 ? sum / total : placed(trees_.first[tree], poses);
+  }
+  /// Of the weights of a tree's observations, each at most 1.
+  double total_weight(std::size_t tree) const {
+    double total = 0;
+    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) total += weight(i);
+    return total;
+  }
+
+ private:
+  vec2 placed(std::size_t i, std::span<const plan_pose> poses) const {
+    const stem_of_map& o = trees_.stems[i];
+    return poses[o.map] * maps_[o.map].stems.at[o.stem].xy();
+  }
+  double weight(std::size_t i) const { return weights_[i]; }
+
+  /// Trees that stems paired by the link are, by the weight that they have.
+  double trees_of_link(const survey_link& l) const {
+    double shared = 0;
+    for (const correspondence& c : l.correspondences) {
+      const std::size_t i = observation_of_[first_stem_[l.source] + c.source],
+                        k = observation_of_[first_stem_[l.target] + c.target];
+      if (i != none && k != none && tree_of_[i] == tree_of_[k]) shared += std::min(weight(i), weight(k));
+    }
+    return shared;
+  }
+
+  /// Medians of where the stems of a tree are, along both axes.
+  vec2 median_place_of(std::size_t tree, std::span<const plan_pose> poses) const {
+    std::vector<double> x, y;
+    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
+      const vec2 at = placed(i, poses);
+      x.push_back(at.x);
+      y.push_back(at.y);
+    }
+    return {median(x), median(y)};
+  }
+
+  /// Weights follow the residuals; their deviation is estimated from the median of all. At first residuals
+  /// are those from the median: one stem that is off would have the mean of three refuse all.
+  void reweight(std::span<const plan_pose> poses, bool first) {
+    constexpr double min_sigma = 1e-4;               // [m]
+    constexpr double median_of_chi_squared = 1.386;  // of two degrees of freedom
+    std::vector<double> squares(trees_.stems.size(), 0), sample;
+    double redundancy = 0;
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      const std::size_t seen = trees_.first[t + 1] - trees_.first[t];
+      if (seen < 2) continue;
+      const vec2 place = first ? median_place_of(t, poses) : place_of(t, poses);
+      redundancy += 2 * double(seen - 1);
+      const double of_mean = double(seen) / double(seen - 1);  // which is nearer to its stems than the tree
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
+        squares[i] = (placed(i, poses) - place).squared_norm() * of_mean;
+        sample.push_back(squares[i]);
+      }
+    }
+    if (sample.empty()) return;
+    sigma_ = std::max(min_sigma, std::sqrt(median(sample) / median_of_chi_squared) *
+                                     growth_of_residuals(redundancy, 3 * double(unknowns_.count)));
+    for (std::size_t i = 0; i < squares.size(); ++i)
+      weights_[i] = tukey_weight(squares[i] / (sigma_ * sigma_ * tukey_constant * tukey_constant));
+  }
+
+  /// Adds the links that trees do not stand for: a map that was placed less well than others may be too far
+  /// off for its stems to be theirs, and nothing else would hold it.
+  void add_links_without_trees(std::span<const plan_pose> poses) {
+    constexpr double min_trees = 3, min_weight = 1e-6;
+    for (const survey_link& l : links_) {
+      if (!l.used || trees_of_link(l) >= min_trees) continue;
+      const double weight =
+          std::max(min_weight, weight_of(l, link_residual(l, poses[l.source], poses[l.target])));
+      add_link(system_, unknowns_, l, poses[l.source], poses[l.target],
+               (l.covariance / (weight * sigma_ * sigma_)).inverse());
+    }
+  }
+
+  void fill(std::span<const plan_pose> poses) {
+    using matrix = block_system<3>::block;
+    using jacobian = Eigen::Matrix<double, 2, 3>;
+    system_.set_zero();
+    add_links_without_trees(poses);
+    std::vector<jacobian> of_pose;
+    for (std::size_t t = 0; t < trees_.size(); ++t) {
+      const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];
+      const double total = total_weight(t);
+      if (end - begin < 2 || !(total > 0)) continue;
+      const vec2 place = place_of(t, poses);
+      of_pose.clear();
+      for (std::size_t i = begin; i < end; ++i) {
+        const vec2 at = placed(i, poses), lever = quarter_turned(at - poses[trees_.stems[i].map].shift);
+        jacobian j;
+        j << 1, 0, lever.x, 0, 1, lever.y;
+        of_pose.push_back(j);
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        const std::uint32_t own = unknowns_.of[trees_.stems[i].map];
+        if (own == unknown_poses::fixed || !(weight(i) > 0)) continue;
+        const jacobian& j = of_pose[i - begin];
+        const vec2 off = placed(i, poses) - place;
+        system_.add_right(own, -weight(i) * (j.transpose() * Eigen::Vector2d(off.x, off.y)));
+        for (std::size_t k = begin; k < end; ++k) {
+          const std::uint32_t other = unknowns_.of[trees_.stems[k].map];
+          if (other == unknown_poses::fixed || other > own || !(weight(k) > 0)) continue;
+          const double factor = (k == i ? weight(i) : 0) - weight(i) * weight(k) / total;
+          const matrix product = j.transpose() * of_pose[k - begin];
+          system_.add(own, other, factor * product);
+        }
+      }
+    }
+  }
+
+  static constexpr std::size_t none = ~std::size_t(0);
+
+  std::span<const prepared_stems> maps_;
+  const tree_observations& trees_;
+  std::span<const survey_link> links_;
+  const unknown_poses& unknowns_;
+  double sigma_;
+  std::vector<double> weights_;
+  std::vector<std::size_t> first_stem_;      // of each map, among the stems of all
+  std::vector<std::size_t> observation_of_;  // each stem of all; `none` where it is of no tree
+  std::vector<std::size_t> tree_of_;         // each observation
+  block_system<3> system_;
+};
+
+}  // namespace globalmatch::detail
