@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <span>
 #include <utility>
 #include <vector>
@@ -112,12 +113,13 @@ class height_adjustment {
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
         if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
       if (of_tree.size() < 2) continue;
+      // From differences: of an odd number of heights one is the median, and 0 off.
+      for (std::size_t k = 1; k < of_tree.size(); ++k)
+        sample.push_back(std::abs(of_tree[k] - of_tree[k - 1]) / std::numbers::sqrt2);
       const double count = double(of_tree.size()), middle = median(of_tree);
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        if (!heights_.known[trees_.stems[i].map]) continue;
-        off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
-        sample.push_back(std::abs(off[i]));
-      }
+      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
+        if (heights_.known[trees_.stems[i].map])
+          off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
     }
     if (sample.empty()) return;
     heights_.stem_sigma = std::max(min_sigma, deviation_of_median * median(sample));
