@@ -15,6 +15,10 @@
 
 namespace globalmatch::detail {
 
+/// What is added on the diagonal beside observations of weight 1, so that a pose without observations leaves
+/// the others determined: a thousand standard deviations of one observation.
+inline constexpr double damping = 1e-6;
+
 /// `size` unknown blocks of `Dimension` numbers; the pattern of the matrix is given by pairs of blocks.
 template <int Dimension>
 class block_system {
@@ -55,6 +59,11 @@ class block_system {
   }
   void add_right(std::size_t row, const vector& summand) {
     right_.template segment<Dimension>(Eigen::Index(row) * Dimension) += summand;
+  }
+
+  /// Adds `summand` on the diagonal: what nothing else determines stays where it is.
+  void add_on_diagonal(double summand) {
+    for (std::size_t c = 0; c < size_; ++c) blocks_[first_[c]].diagonal().array() += summand;
   }
 
   /// Factorizes; false where the matrix is not positive definite.

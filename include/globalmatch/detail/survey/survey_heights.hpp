@@ -84,10 +84,14 @@ class height_adjustment {
           heights_.of_map[m] += change[Eigen::Index(unknowns_.of[m])];
       if (change.cwiseAbs().maxCoeff() < converged) break;
     }
+    constexpr double determined = 1e-3 / damping;
     const auto variances = system_.inverse_blocks();
-    for (std::size_t m = 0; m < maps_.size(); ++m)
-      if (unknowns_.of[m] != unknown_poses::fixed)
-        heights_.sigma[m] = heights_.stem_sigma * std::sqrt(variances[unknowns_.of[m]](0, 0));
+    for (std::size_t m = 0; m < maps_.size(); ++m) {
+      if (unknowns_.of[m] == unknown_poses::fixed) continue;
+      const double variance = variances[unknowns_.of[m]](0, 0);
+      heights_.sigma[m] = heights_.stem_sigma * std::sqrt(variance);
+      heights_.known[m] = variance < determined;
+    }
     return true;
   }
 
@@ -131,6 +135,7 @@ class height_adjustment {
 
   void fill() {
     system_.set_zero();
+    system_.add_on_diagonal(damping);
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const auto [middle, total] = mean(t);
       if (!(total > 0)) continue;

@@ -260,6 +260,7 @@ class tree_adjustment {
     using matrix = block_system<3>::block;
     using jacobian = Eigen::Matrix<double, 2, 3>;
     system_.set_zero();
+    system_.add_on_diagonal(damping);
     std::vector<jacobian> of_pose;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];

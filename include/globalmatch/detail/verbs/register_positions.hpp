@@ -12,9 +12,11 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
@@ -39,17 +41,26 @@ inline double max_log10_nfa_of_survey(const decision_options& options, std::size
   return std::log10(options.max_nfa) - std::log10(std::max(1.0, pairs));
 }
 
-/// Places the maps by the links that are used, and adjusts them with trees as landmarks. `preferred`: a map
-/// whose frame is that of its component.
+/// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
+/// links that these do not confirm. `preferred`: a map whose frame is that of its component.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                 std::size_t preferred) {
+  constexpr int max_repetitions = 4;
   local_survey s;
   s.maps = maps;
   s.links = std::move(links);
-  s.placed = place_maps(s.links, maps.size(), preferred);
-  const link_graph used(maps.size(), s.links, [](const survey_link& l) { return l.used; });
-  s.members = members_of(s.placed, used);
-  s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
+  std::vector<std::vector<plan_pose>> elsewhere(maps.size());
+  const auto is_used = [](const survey_link& l) { return l.used; };
+  for (int repetition = 0;; ++repetition) {
+    s.placed = place_maps(s.links, maps.size(), preferred);
+    s.members = members_of(s.placed, link_graph(maps.size(), s.links, is_used));
+    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
+    for (std::size_t m = 0; m < maps.size(); ++m)
+      if (!s.placed.elsewhere[m].empty()) elsewhere[m] = s.placed.elsewhere[m];
+    if (repetition == max_repetitions || !drop_unconfirmed(s.links, maps, s.adjusted)) break;
+  }
+  s.placed.elsewhere = std::move(elsewhere);
+  const link_graph used(maps.size(), s.links, is_used);
   s.heights = find_heights(maps, s.adjusted.trees, used, s.placed.parts.reference);
   return s;
 }
