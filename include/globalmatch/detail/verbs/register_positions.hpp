@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -11,10 +14,12 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching_options.hpp"
@@ -37,24 +42,47 @@ inline double max_log10_nfa_of_survey(const decision_options& options, std::size
   return std::log10(options.max_nfa) - std::log10(std::max(1.0, pairs));
 }
 
+/// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
+/// links that these do not confirm. `preferred`: a map whose frame is that of its component.
+inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
+                                std::size_t preferred) {
+  constexpr int max_repetitions = 4;
+  local_survey s;
+  s.maps = maps;
+  s.links = std::move(links);
+  std::vector<std::uint8_t> ambiguous(maps.size()), tried;
+  const auto is_used = [](const survey_link& l) { return l.used; };
+  for (int repetition = 0;; ++repetition) {
+    s.placed = place_maps(s.links, maps.size(), preferred);
+    s.members = members_of(s.placed, link_graph(maps.size(), s.links, is_used));
+    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
+    if (repetition == 0) tried = s.placed.tried;
+    for (std::size_t m = 0; m < maps.size(); ++m) ambiguous[m] |= s.placed.ambiguous[m];
+    if (repetition == max_repetitions || !drop_unconfirmed(s.links, maps, s.adjusted)) break;
+  }
+  s.placed.ambiguous = std::move(ambiguous);
+  s.placed.tried = std::move(tried);
+  const link_graph used(maps.size(), s.links, is_used);
+  s.heights = find_heights(maps, s.adjusted.trees, used, s.members);
+  return s;
+}
+
+inline void describe(survey& result, const local_survey& s) {
+  describe_scans(result, s);
+  describe_links(result, s);
+  describe_trees(result, s);
+}
+
 GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets, const survey_options& options,
                                              const execution& exec, build_mode) {
   constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   const parallel_scope scope(exec, "survey");
   const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
   survey result;
-  local_survey s;
-  s.maps = maps;
-  s.links = find_links(maps, max_log10_nfa_of_survey(options.decision, maps.size()), result.candidates, exec);
+  std::vector<survey_link> links =
+      find_links(maps, max_log10_nfa_of_survey(options.decision, maps.size()), result.candidates, exec);
   report_progress(exec, "adjustment", 0);
-  s.placed = place_maps(s.links, maps.size(), options.reference.value_or(none));
-  const link_graph used(maps.size(), s.links, [](const survey_link& l) { return l.used; });
-  s.members = members_of(s.placed, used);
-  s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
-  s.heights = find_heights(maps, s.adjusted.trees, used, s.members);
-  describe_scans(result, s);
-  describe_links(result, s);
-  describe_trees(result, s);
+  describe(result, solve_links(maps, std::move(links), options.reference.value_or(none)));
   return result;
 }
 
