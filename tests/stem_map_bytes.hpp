@@ -22,13 +22,15 @@ inline std::string bytes_of(const stem_map& map, const stem_map_file::scan_recor
   return out.str();
 }
 
-inline stem_map_file read_back(const std::string& bytes, stem_map_file::parts parts = stem_map_file::parts::all) {
+inline stem_map_file read_back(const std::string& bytes,
+                               stem_map_file::parts parts = stem_map_file::parts::all) {
   std::istringstream in(bytes);
   return read_stem_map(in, parts);
 }
 
 /// What `read_stem_map` says about these bytes; empty when it reads them.
-inline std::string error_of(const std::string& bytes, stem_map_file::parts parts = stem_map_file::parts::all) {
+inline std::string error_of(const std::string& bytes,
+                            stem_map_file::parts parts = stem_map_file::parts::all) {
   try {
     read_back(bytes, parts);
   } catch (const std::runtime_error& error) {
@@ -42,7 +44,7 @@ inline bool says(const std::string& message, std::string_view words) {
 }
 
 inline const stem_map_file::scan_record some_provenance = {"plot 7/scan_1.laz", "xxh3:0123456789abcdef",
-                                               "{\"min_quality\": 0.6}", "0.1.0", "x86-64-v2"};
+                                                           "{\"min_quality\": 0.6}", "0.1.0", "x86-64-v2"};
 
 /// A map in which every field differs from its default, without the mathematical functions of a platform.
 inline stem_map map_of_one_stem() {
