@@ -1,5 +1,5 @@
 // Links of a survey checked by its trees. In: links and adjusted poses. Out: links whose stems are not one
-// tree in the end, out of use.
+// tree in the end.
 #pragma once
 
 #include <cstddef>
@@ -40,22 +40,22 @@ class trees_of_stems {
   std::vector<std::uint32_t> tree_;
 };
 
-/// Takes links out of use most of whose paired stems are not one tree; returns whether there were any.
-inline bool drop_unconfirmed(std::span<survey_link> links, std::span<const prepared_stems> maps,
-                             const adjusted_survey& adjusted) {
+/// Links that are used, but most of whose paired stems are not one tree.
+inline std::vector<std::size_t> unconfirmed_links(std::span<const survey_link> links,
+                                                  std::span<const prepared_stems> maps,
+                                                  const adjusted_survey& adjusted) {
   const trees_of_stems tree_of(maps, adjusted);
-  bool dropped = false;
-  for (survey_link& l : links) {
-    if (!l.used) continue;
+  std::vector<std::size_t> unconfirmed;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const survey_link& l = links[i];
     std::size_t confirmed = 0;
     for (const correspondence& c : l.correspondences) {
       const std::uint32_t tree = tree_of(l.source, c.source);
       confirmed += tree != trees_of_stems::no_tree && tree == tree_of(l.target, c.target);
     }
-    l.used = 2 * confirmed >= l.correspondences.size();
-    dropped = dropped || !l.used;
+    if (l.used && 2 * confirmed < l.correspondences.size()) unconfirmed.push_back(i);
   }
-  return dropped;
+  return unconfirmed;
 }
 
 }  // namespace globalmatch::detail

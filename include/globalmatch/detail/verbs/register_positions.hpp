@@ -45,11 +45,12 @@ inline double max_log10_nfa_of_survey(const decision_options& options, std::size
 /// links that these do not confirm. `preferred`: a map whose frame is that of its component.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                 std::size_t preferred) {
-  constexpr int max_repetitions = 4;
+  constexpr int restoring = 4, max_repetitions = 24;
   local_survey s;
   s.maps = maps;
   s.links = std::move(links);
-  std::vector<std::uint8_t> ambiguous(maps.size()), tried;
+  std::vector<std::uint8_t> ambiguous(maps.size()), tried, usable;
+  for (const survey_link& l : s.links) usable.push_back(l.used);
   const auto is_used = [](const survey_link& l) { return l.used; };
   for (int repetition = 0;; ++repetition) {
     s.placed = place_maps(s.links, maps.size(), preferred);
@@ -57,7 +58,12 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
     s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
     if (repetition == 0) tried = s.placed.tried;
     for (std::size_t m = 0; m < maps.size(); ++m) ambiguous[m] |= s.placed.ambiguous[m];
-    if (repetition == max_repetitions || !drop_unconfirmed(s.links, maps, s.adjusted)) break;
+    const std::vector<std::size_t> unconfirmed = unconfirmed_links(s.links, maps, s.adjusted);
+    if (repetition == max_repetitions || unconfirmed.empty()) break;
+    for (const std::size_t l : unconfirmed) usable[l] = false;
+    // Others take their place, at first; then fewer and fewer are left, until all are confirmed.
+    for (std::size_t l = 0; l < s.links.size(); ++l)
+      s.links[l].used = usable[l] != 0 && (s.links[l].used || repetition < restoring);
   }
   s.placed.ambiguous = std::move(ambiguous);
   s.placed.tried = std::move(tried);
