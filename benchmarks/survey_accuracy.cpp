@@ -271,7 +271,7 @@ void add_options(CLI::App& app, parameters& given) {
   value("--spacing", given.scene.survey.spacing, "of stations [m]");
   value("--wrong-links", given.wrong_links, "share of links replaced by wrong ones");
   value("--coherent", given.coherent, "share of maps half of whose links agree on a wrong place");
-  value("--repetitions", given.repetitions, "of each survey; the least CPU time is told");
+  value("--repetitions", given.repetitions, "of each survey; the least CPU time is reported");
   value("--threads", given.threads, "number of threads; 0: all");
   value("--csv", given.csv, "file with a line for each survey");
 }
