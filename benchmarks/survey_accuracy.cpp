@@ -1,5 +1,6 @@
 // Surveys of made-up stations: what they cost, how many maps are placed, how many wrongly, how far stations
 // are from the truth, beside full least squares with the true associations; with links made wrong on purpose.
+#include <globalmatch/detail/verbs/register_positions.hpp>
 #include <globalmatch/survey.hpp>
 
 #include "growth.hpp"

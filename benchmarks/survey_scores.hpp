@@ -171,10 +171,11 @@ inline poses adjust_to_true_trees(const local_survey& s, const std::vector<surve
   }
   const auto fixed = std::uint32_t(members.front());
   const unknown_poses unknowns(maps.size(), [&](std::size_t m) { return !is_member[m] || m == fixed; });
-  tree_adjustment adjustment(s.maps, trees, unknowns, noise);
+  tree_adjustment adjustment(s.maps, trees, {}, unknowns, noise);
   if (!adjustment.adjust(at)) return {};
   const link_graph used(maps.size(), s.links, [&](const survey_link& l) { return l.used; });
-  const survey_heights heights = find_heights(s.maps, trees, used, std::span(&fixed, 1));
+  const std::vector<std::vector<std::uint32_t>> one_component = {{members.begin(), members.end()}};
+  const survey_heights heights = find_heights(s.maps, trees, used, one_component);
   poses adjusted;
   for (const std::size_t m : members)
     adjusted.push_back(
