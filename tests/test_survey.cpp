@@ -437,7 +437,7 @@ TEST_CASE("a survey has the same bits for any number of threads, and any order o
   CHECK(are_equal(register_survey(reordered), expected));
 }
 
-TEST_CASE("a survey takes positions in any container; without heights these are unknown") {
+TEST_CASE("a survey takes positions in any container, whose heights may be unknown") {
   random_source random(13);
   const auto maps = maps_of_forest(60, random);
   const survey expected = register_survey(stems_of(maps));

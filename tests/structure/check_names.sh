@@ -51,5 +51,8 @@ P
 # Run alone by its name, as ctest does, such a test case is taken for an option or for an exclusion.
 if grep -rnE 'TEST_CASE\("[-~]' tests; then exit 1; fi
 
+# CMake takes it for two.
+if grep -rnE 'TEST_CASE\("[^"]*;' tests; then exit 1; fi
+
 # What was written to a file by mistake often has the name of an option.
 if git ls-files | grep -E '(^|/)-'; then exit 1; fi
