@@ -81,7 +81,7 @@ inline std::string reason_of(survey::status status, std::size_t stems) {
       return stems < 4 ? std::to_string(stems) + " stems, at least 4 are needed; " + more
                        : std::string(
                              "its stems fit those of another scan, but no better than some unrelated "
-                             "scan's do; ") +
+                             "scan's do, or not the trees that others agree on; ") +
                              more;
     case survey::status::placed_alone:
       return "its stems fit those of no other scan; " + std::string(more);
