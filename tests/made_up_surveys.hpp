@@ -5,10 +5,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <numeric>
 #include <vector>
 
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "stem_scenes.hpp"
@@ -147,5 +149,58 @@ inline void pair_stems(std::vector<survey_link>& links, const maps_in_plan& seen
       for (std::uint32_t k = 0; k < seen.trees[l.target].size(); ++k)
         if (seen.trees[l.source][i] == seen.trees[l.target][k]) l.correspondences.push_back({i, k});
 }
+
+constexpr double tree_radius = 0.3;  // [m] within which stems are one tree
+
+inline std::vector<std::uint32_t> all_of(std::size_t count) {
+  std::vector<std::uint32_t> order(count);
+  std::iota(order.begin(), order.end(), 0u);
+  return order;
+}
+
+/// Nine maps of a forest, their poses, and links of those that are neighbors.
+struct nine_maps {
+  std::vector<plan_pose> truth;
+  maps_in_plan seen;
+  std::vector<survey_link> links;
+
+  nine_maps(double noise, random_source& random) : truth(grid_of_maps(3, random)) {
+    const positions forest = forest_around_grid(3, 250, random);
+    seen = see_from(truth, forest, 20, noise, random);
+    links = links_within(25, truth, {0.01, 0.001}, random);
+    for (survey_link& l : links) l.rms = 2 * std::max(noise, 0.02);
+    pair_stems(links, seen);
+  }
+
+  std::vector<plan_pose> disturbed(double shift, random_source& random) const {
+    auto poses = truth;
+    for (std::size_t m = 1; m < poses.size(); ++m) {
+      poses[m].shift += {uniform(random, -shift, shift), uniform(random, -shift, shift)};
+      poses[m].yaw += uniform(random, -shift, shift) / 20;
+    }
+    return poses;
+  }
+
+  placed_maps placed_at(const std::vector<plan_pose>& poses) const {
+    placed_maps placed;
+    placed.poses = poses;
+    placed.parts.of.assign(poses.size(), 0);
+    placed.parts.reference = {0};
+    return placed;
+  }
+};
+
+/// Maps of a forest, prepared, in frames of their own, and where they are.
+struct surveyed_grid {
+  std::vector<plan_pose> truth;
+  maps_in_plan seen;
+  std::vector<prepared_stems> maps;
+
+  surveyed_grid(std::size_t side, double noise, random_source& random) : truth(grid_of_maps(side, random)) {
+    seen = see_from(truth, forest_around_grid(side, 50 * side * side, random), 20, noise, random);
+    for (const prepared_stems& m : seen.maps)
+      maps.push_back(without_triangles(set_in_order(positions_of(m.stems)), true, {}));
+  }
+};
 
 }  // namespace globalmatch::scenes

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "catch.hpp"
-#include "globalmatch/detail/survey/initial_poses.hpp"
 #include "made_up_surveys.hpp"
 
 namespace globalmatch {
@@ -158,26 +157,6 @@ TEST_CASE("components are what links connect, with the map of most links or the 
       if (reference != 17) CHECK(graph.of(reference).size() >= graph.of(a).size());
     }
     CHECK(found.reference[found.of[17]] == 17);
-  }
-}
-
-TEST_CASE("initial poses follow from links without noise") {
-  random_source random(6);
-  const auto truth = scenes::grid_of_maps(6, random);
-  auto links = scenes::links_within(35, truth, {}, random);
-  use_supported_links(links, truth.size(), sufficient);
-  const link_graph graph(truth.size(), links, [](const survey_link&) { return true; });
-  CHECK(scenes::max_pose_error(initial_poses(links, find_components(graph, 0)), truth) < 1e-9);
-  std::erase_if(links, [](const survey_link& l) { return l.target != l.source + 1; });  // six rows, no cycle
-  for (survey_link& l : links) l.supporting_cycles = 0;
-  const link_graph rows(truth.size(), links, [](const survey_link&) { return true; });
-  const components parts = find_components(rows, none);
-  CHECK(parts.count() == 6);
-  const auto poses = initial_poses(links, parts);
-  for (std::size_t m = 0; m < truth.size(); ++m) {
-    const plan_pose expected = truth[parts.reference[parts.of[m]]].inverse() * truth[m];
-    CHECK((poses[m].shift - expected.shift).norm() < 1e-9);
-    CHECK(std::abs(wrapped(poses[m].yaw - expected.yaw)) < 1e-9);
   }
 }
 

@@ -4,7 +4,6 @@
 #include <set>
 
 #include "catch.hpp"
-#include "globalmatch/detail/survey/find_links.hpp"
 #include "made_up_surveys.hpp"
 
 namespace globalmatch {
@@ -20,19 +19,6 @@ constexpr double tolerance = 0.03;
 prepared_stems prepare(const positions& stems) {
   return without_triangles(scenes::set_in_order(stems), true, {});
 }
-
-/// Maps of a forest, in frames of their own, and where they are.
-struct scene {
-  std::vector<plan_pose> truth;
-  scenes::maps_in_plan seen;
-  std::vector<prepared_stems> maps;
-
-  scene(std::size_t side, double noise, random_source& random) : truth(scenes::grid_of_maps(side, random)) {
-    const positions forest = scenes::forest_around_grid(side, 50 * side * side, random);
-    seen = scenes::see_from(truth, forest, 20, noise, random);
-    for (const prepared_stems& m : seen.maps) maps.push_back(prepare(scenes::positions_of(m.stems)));
-  }
-};
 
 }  // namespace
 
@@ -58,7 +44,7 @@ TEST_CASE("triangles of a map are those of each stem with two of its nearest, ea
 
 TEST_CASE("maps that overlap are candidates of each other, with pairs of stems of one tree") {
   random_source random(2);
-  const scene s(3, 0.005, random);
+  const scenes::surveyed_grid s(3, 0.005, random);
   const overlap_index index(s.maps, 2 * tolerance, {});
   for (const bool all_others : {false, true})
     for (std::size_t m = 0; m < 9; ++m) {
@@ -88,7 +74,7 @@ TEST_CASE("maps that overlap are candidates of each other, with pairs of stems o
 
 TEST_CASE("candidates are the best ones, the same for any number of threads") {
   random_source random(3);
-  const scene s(3, 0.02, random);
+  const scenes::surveyed_grid s(3, 0.02, random);
   const overlap_index one(s.maps, 2 * tolerance, {.threads = 1}), four(s.maps, 2 * tolerance, {.threads = 4});
   for (std::size_t m = 0; m < 9; ++m) {
     const auto all = one.candidates_of(m, tolerance, 1000, true),
@@ -114,25 +100,6 @@ TEST_CASE("maps without triangles have no candidates") {
     maps.push_back(prepare(scenes::random_stems(random, count, 20, 20)));
   const overlap_index index(maps, 2 * tolerance, {});
   for (const std::size_t m : {0u, 1u, 2u}) CHECK(index.candidates_of(m, tolerance, 10, true).empty());
-}
-
-TEST_CASE("links are those of maps that overlap, one a pair, at the right place") {
-  random_source random(5);
-  const scene s(3, 0.01, random);
-  std::size_t tried = 0;
-  const auto links = find_links(s.maps, -6, tried, {});
-  std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  std::size_t used = 0;
-  for (const survey_link& l : links) {
-    CHECK(pairs.insert(std::minmax(l.source, l.target)).second);
-    if (!l.used) continue;
-    ++used;
-    const plan_pose placed = s.truth[l.target] * l.target_from_source;
-    CHECK((placed * l.center_in_source() - s.truth[l.source] * l.center_in_source()).norm() < 0.05);
-    CHECK(l.covariance(2, 2) > 0);
-  }
-  CHECK(tried >= links.size());
-  CHECK(used >= 12);
 }
 
 }  // namespace globalmatch

@@ -219,8 +219,7 @@ TEST_CASE("the reference that was asked for has the identity pose") {
   CHECK_THROWS_WITH(register_survey(stems_of(maps), {.reference = maps.size()}),
                     Catch::Contains("reference"));
   CHECK_THROWS_AS(register_survey(std::vector<positions>(), {.reference = 0}), std::invalid_argument);
-  CHECK_THROWS_WITH(register_survey(stems_of(maps), {.decision = {.max_nfa = 0}}),
-                    Catch::Contains("max_nfa"));
+  CHECK_THROWS_WITH(register_survey(stems_of(maps), {.max_nfa = 0}), Catch::Contains("max_nfa"));
 }
 
 TEST_CASE("forests that have nothing in common are components of their own, and an alien is not placed") {
@@ -311,7 +310,7 @@ TEST_CASE("a map of too few stems for a link has its best guess, in the frame of
     few.stems = scenes::noisy(positions(few.stems.begin(), few.stems.begin() + 5), 0.03, random);
     maps.push_back(few);
   }
-  const survey result = register_survey(stems_of(maps), {.decision = {.max_nfa = 1e-12}, .reference = 1});
+  const survey result = register_survey(stems_of(maps), {.max_nfa = 1e-12, .reference = 1});
   std::size_t guessed = 0, right = 0;
   for (std::size_t m = 0; m < maps.size(); ++m) {
     const survey::scan& scan = result.scans[m];

@@ -67,7 +67,7 @@ std::optional<std::size_t> index_of(const std::vector<std::string>& names, const
 int register_and_write(survey_work& work, const fs::path& out_dir, const fs::path& picture,
                        const std::optional<fixed_scan>& fixed, support::stage_clock& clock,
                        const execution& exec) {
-  survey_options options{{}, index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
+  survey_options options{.reference = index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
   if (fixed) {
     options.reference = index_of(work.names, fixed->name);
     if (!options.reference)

@@ -13,7 +13,6 @@
 #include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/matching_options.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/stem_map.hpp"
 #include "globalmatch/survey_options.hpp"
@@ -45,7 +44,7 @@ position_set positions_of(const R& stems, const std::string& name, const executi
 /// more maps there are.
 template <std::ranges::forward_range Maps>
 survey register_survey(const Maps& maps, const survey_options& options = {}, const execution& exec = {}) {
-  require_valid(options.decision);
+  require_valid(options);
   try {
     const detail::parallel_scope scope(exec, "survey");
     std::vector<position_set> sets;

@@ -7,21 +7,27 @@
 #include <cstddef>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "globalmatch/matching.hpp"
-#include "globalmatch/matching_options.hpp"
 
 namespace globalmatch {
 
 struct survey_options {
-  /// `max_nfa` is that of the whole survey: all pairs of maps are compared. `comparisons` is not used.
-  decision_options decision = {};
+  /// Number of false alarms: wrong links that are expected of all pairs of maps, if none had anything in
+  /// common (ours).
+  double max_nfa = 1e-3;
   /// The scan whose frame is that of the survey. Empty: the one of most links in the largest component.
   std::optional<std::size_t> reference = {};
 };
+
+/// Throws `std::invalid_argument` naming the field that makes no sense.
+inline void require_valid(const survey_options& options) {
+  if (!(options.max_nfa > 0)) throw std::invalid_argument("max_nfa must be positive");
+}
 
 /// Where the scans of a survey stand.
 struct survey {

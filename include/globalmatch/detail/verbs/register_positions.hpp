@@ -21,7 +21,6 @@
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
 #include "globalmatch/execution.hpp"
-#include "globalmatch/matching_options.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/survey_options.hpp"
 
@@ -36,7 +35,7 @@ inline std::vector<prepared_stems> prepare_maps(std::vector<position_set>&& sets
 }
 
 /// The largest NFA of a link, which is one of as many as there are pairs of maps.
-inline double max_log10_nfa_of_survey(const decision_options& options, std::size_t maps) {
+inline double max_log10_nfa_of_survey(const survey_options& options, std::size_t maps) {
   const double pairs = double(maps) * (double(maps) - 1) / 2;
   return std::log10(options.max_nfa) - std::log10(std::max(1.0, pairs));
 }
@@ -85,7 +84,7 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets, con
   const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
   survey result;
   std::vector<survey_link> links =
-      find_links(maps, max_log10_nfa_of_survey(options.decision, maps.size()), result.candidates, exec);
+      find_links(maps, max_log10_nfa_of_survey(options, maps.size()), result.candidates, exec);
   report_progress(exec, "adjustment", 0);
   describe(result, solve_links(maps, std::move(links), options.reference.value_or(none)));
   return result;
