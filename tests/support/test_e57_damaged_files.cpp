@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "catch.hpp"
+#include "e57_checks.hpp"
 #include "e57_writer.hpp"
 #include "file_checks.hpp"
 #include "support/e57.hpp"
@@ -13,16 +14,6 @@
 namespace globalmatch::support {
 
 namespace {
-
-std::size_t count_scans_of(const std::filesystem::path& path) {
-  input_file file(path);
-  return count_e57_scans(file);
-}
-
-opened_scan open_e57_file(const std::filesystem::path& path, std::size_t number) {
-  input_file file(path);
-  return open_e57(file, number, {});
-}
 
 /// Reads all scans; true if there were any, or a `file_error`.
 bool is_answered(const std::filesystem::path& path) {

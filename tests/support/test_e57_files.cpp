@@ -5,22 +5,13 @@
 #include <random>
 
 #include "catch.hpp"
+#include "e57_checks.hpp"
 #include "e57_writer.hpp"
 #include "file_checks.hpp"
 
 namespace globalmatch::support {
 
 namespace {
-
-std::size_t count_scans_of(const std::filesystem::path& path) {
-  input_file file(path);
-  return count_e57_scans(file);
-}
-
-opened_scan open_e57_file(const std::filesystem::path& path, std::size_t number) {
-  input_file file(path);
-  return open_e57(file, number, {});
-}
 
 points read_points(const point_source& source) {
   points all(source.size());
