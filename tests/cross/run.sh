@@ -31,9 +31,10 @@ done
 
 # What needs the simulator, calls the programs or reads E57 (for which pugixml has code to link) is left out;
 # reading and writing other files is tested, too.
-sources=(tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
+sources=(src/*.cpp tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
 mapfile -t sources < <(printf '%s\n' "${sources[@]}" | grep -v /test_e57)
-compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -I include -I tests -I examples -isystem "$folder/include"
+compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED
+  -I include -I tests -I examples -I benchmarks -isystem "$folder/include"
   -DGLOBALMATCH_VERSION="\"$(sed -n 's/^ *VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt | head -1)\""
   -DGLOBALMATCH_SHARED_DATA="\"$PWD/../shared/data\"" -DGLOBALMATCH_TEST_DATA="\"$PWD/tests/support/data\"")
 # shellcheck disable=SC2016
