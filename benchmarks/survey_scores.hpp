@@ -171,7 +171,7 @@ inline poses adjust_to_true_trees(const local_survey& s, const std::vector<surve
   }
   const auto fixed = std::uint32_t(members.front());
   const unknown_poses unknowns(maps.size(), [&](std::size_t m) { return !is_member[m] || m == fixed; });
-  tree_adjustment adjustment(s.maps, trees, {}, unknowns, noise);
+  tree_adjustment adjustment(s.maps, trees, {}, unknowns, std::vector<double>(maps.size(), noise));
   if (!adjustment.adjust(at)) return {};
   const link_graph used(maps.size(), s.links, [&](const survey_link& l) { return l.used; });
   const std::vector<std::vector<std::uint32_t>> one_component = {{members.begin(), members.end()}};

@@ -151,6 +151,9 @@ inline void pair_stems(std::vector<survey_link>& links, const maps_in_plan& seen
 }
 
 constexpr double tree_radius = 0.3;  // [m] within which stems are one tree
+inline std::vector<double> tree_radii(std::size_t maps) {
+  return std::vector<double>(maps, tree_radius);
+}
 
 inline std::vector<std::uint32_t> all_of(std::size_t count) {
   std::vector<std::uint32_t> order(count);
@@ -168,7 +171,7 @@ struct nine_maps {
     const positions forest = forest_around_grid(3, 250, random);
     seen = see_from(truth, forest, 20, noise, random);
     links = links_within(25, truth, {0.01, 0.001}, random);
-    for (survey_link& l : links) l.rms = 2 * std::max(noise, 0.02);
+    for (survey_link& l : links) l.rms = 2 * std::max(noise, 0.01);
     pair_stems(links, seen);
   }
 

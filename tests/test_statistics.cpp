@@ -144,4 +144,20 @@ TEST_CASE("the tail of a sum of uniform numbers is good to some hundredths in it
     }
 }
 
+TEST_CASE("the weighted median is that of as many equal values, and the mean of two between two halves") {
+  random_source random(9);
+  for (int trial = 0; trial < 200; ++trial) {
+    std::vector<std::pair<double, double>> weighted;
+    std::vector<double> repeated;
+    const std::size_t count = 1 + random.below(8);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t weight = 1 + random.below(4);
+      weighted.emplace_back(random.normal(), double(weight));
+      repeated.insert(repeated.end(), weight, weighted.back().first);
+    }
+    CHECK(weighted_median(weighted) == median(repeated));
+  }
+  CHECK(std::isnan(weighted_median({})));
+}
+
 }  // namespace globalmatch

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
-#include <map>
 #include <numbers>
-#include <sstream>
 
 #include "catch.hpp"
 #include "position_types.hpp"
+#include "rioja_plots.hpp"
 #include "stem_scenes.hpp"
 #include "support/stem_files.hpp"
 
@@ -48,33 +46,6 @@ void require_coherent(const matching& result) {
     CHECK(h.target_from_source.matrix().allFinite());
     CHECK(std::is_sorted(h.correspondences.begin(), h.correspondences.end()));
   }
-}
-
-struct reference_transform {
-  double yaw;             // [rad]
-  Eigen::Vector2d shift;  // [m]
-};
-
-/// Best fits by plot ("01" to "08") from a table whose columns are named in its first line.
-std::map<std::string, reference_transform> read_rioja_transforms(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  const auto fields = [&] {
-    std::vector<std::string> result;
-    std::string line, field;
-    std::getline(file, line);
-    for (std::istringstream stream(line); std::getline(stream, field, ',');) result.push_back(field);
-    return result;
-  };
-  const auto names = fields();
-  const auto column = [&](const std::string& name) {
-    return std::size_t(std::find(names.begin(), names.end(), name) - names.begin());
-  };
-  std::map<std::string, reference_transform> transforms;
-  for (auto row = fields(); row.size() == names.size(); row = fields())
-    transforms[row[column("src")].substr(6, 2)] = {
-        std::stod(row[column("refined_yaw_deg")]) * std::numbers::pi / 180,
-        {std::stod(row[column("refined_tx")]), std::stod(row[column("refined_ty")])}};
-  return transforms;
 }
 
 }  // namespace
@@ -787,7 +758,7 @@ TEST_CASE("the eight rioja pairs are within 1 degree and 0.3 m of their best fit
     WARN("skipped: there is no " << folder.string());
     return;
   }
-  const auto references = read_rioja_transforms(folder / "rioja_transforms.csv");
+  const auto references = scenes::read_rioja_transforms(folder / "rioja_transforms.csv");
   REQUIRE(references.size() == 8);
   for (const auto& [plot, reference] : references) {
     INFO("plot " << plot);

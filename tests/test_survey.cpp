@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <set>
 #include <string>
 #include <vector>
@@ -11,6 +13,8 @@
 #include "catch.hpp"
 #include "made_up_maps.hpp"
 #include "position_types.hpp"
+#include "rioja_plots.hpp"
+#include "support/stem_files.hpp"
 #include "survey_layouts.hpp"
 
 namespace globalmatch {
@@ -130,6 +134,58 @@ TEST_CASE("a survey places every map of a forest within 3 cm") {
     CHECK(result.scans[m].check_median < 0.08);
     CHECK(result.scans[m].check_worst >= result.scans[m].check_median);
     CHECK(result.scans[m].is_height_known);
+  }
+}
+
+TEST_CASE("maps that are much noisier than most are placed, and the others are as precise as without them") {
+  random_source random(31);
+  const positions trees = plant("spaced", 90, 90, random);
+  auto maps = survey_stand(trees, precise, 100, random);
+  survey_layout noisy = precise;
+  noisy.noise = 0.12;
+  for (std::size_t m = 1; m < maps.size(); m += 4) {
+    const benchmarks::tree_cells cells(trees, noisy.max_range);
+    const Eigen::Vector2d station = maps[m].stand_from_scan.translation().head<2>();
+    maps[m] = survey_from(trees, cells, station, noisy, random);
+  }
+  const survey result = register_survey(stems_of(maps));
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    INFO("map " << m << " " << result.scans[m].reason);
+    REQUIRE(result.scans[m].status == status::placed);
+    const pose_error error = error_of(result, maps, m);
+    const double sigma = std::sqrt(result.scans[m].uncertainty->covariance(0, 0));
+    CHECK(error.plan < (m % 4 == 1 ? 0.12 : 0.03));
+    CHECK(sigma < (m % 4 == 1 ? 0.06 : 0.015));
+    if (m % 4 == 1) CHECK(sigma > 0.008);
+  }
+}
+
+TEST_CASE("scans beside extracts of a census that repeat its errors are placed, as well as pair by pair") {
+  const std::filesystem::path folder = std::filesystem::path(GLOBALMATCH_SHARED_DATA) / "stem_maps";
+  if (!std::filesystem::exists(folder / "rioja_transforms.csv")) {
+    WARN("skipped: there is no " << folder.string());
+    return;
+  }
+  const auto references = scenes::read_rioja_transforms(folder / "rioja_transforms.csv");
+  std::vector<positions> maps;
+  for (const auto& [plot, reference] : references)
+    for (const char* const kind : {"_tls.csv", "_field.csv"}) {
+      maps.emplace_back();
+      for (const support::stem_record& s : support::read_stems(folder / ("rioja_" + plot + kind)).stems)
+        maps.back().push_back({s.x, s.y, 0});
+    }
+  const survey result = register_survey(maps);
+  std::size_t scan = 0;
+  for (const auto& [plot, reference] : references) {
+    INFO("plot " << plot);
+    REQUIRE(result.scans[scan].status == status::placed);
+    REQUIRE(result.scans[scan + 1].status == status::placed);
+    const Eigen::Isometry3d field_from_scan =
+        result.scans[scan + 1].survey_from_scan.inverse() * result.scans[scan].survey_from_scan;
+    const double yaw = std::atan2(field_from_scan(1, 0), field_from_scan(0, 0));
+    CHECK(std::abs(std::remainder(yaw - reference.yaw, 2 * std::numbers::pi)) < std::numbers::pi / 180);
+    CHECK((field_from_scan.translation().head<2>() - reference.shift).norm() < 0.3);
+    scan += 2;
   }
 }
 

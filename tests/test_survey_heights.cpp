@@ -29,7 +29,7 @@ struct scene {
     links = scenes::links_within(25, poses, {}, random);
     scenes::pair_stems(links, seen);
     std::iota(order.begin(), order.end(), 0u);
-    trees = find_trees(seen.maps, order, poses, 0.4);
+    trees = find_trees(seen.maps, order, poses, std::vector<double>(poses.size(), 0.4));
   }
 
   survey_heights find() const {
@@ -104,7 +104,7 @@ TEST_CASE("where a map has no tree in common its height is unknown, and that of 
   scene s(3, 0.02, random);
   auto poses = s.poses;
   poses[5].shift.x += 500;
-  s.trees = find_trees(s.seen.maps, s.order, poses, 0.4);
+  s.trees = find_trees(s.seen.maps, s.order, poses, std::vector<double>(poses.size(), 0.4));
   const survey_heights heights = s.find();
   for (std::size_t m = 0; m < 9; ++m) {
     CHECK(bool(heights.known[m]) == (m != 5));

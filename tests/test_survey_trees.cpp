@@ -35,7 +35,7 @@ TEST_CASE("every stem is in one tree, and a tree has one stem a map, however den
     std::vector<prepared_stems> maps(5);
     for (prepared_stems& m : maps) m.stems = scenes::set_in_order(scenes::random_stems(random, stems, 6, 6));
     const std::vector<plan_pose> poses(5);
-    check_partition(find_trees(maps, scenes::all_of(5), poses, scenes::tree_radius), maps);
+    check_partition(find_trees(maps, scenes::all_of(5), poses, scenes::tree_radii(5)), maps);
   }
 }
 
@@ -56,7 +56,7 @@ TEST_CASE("trees are found as brute force finds them: the nearest first, one to 
       if (!taken_a.count(pair.first) && !taken_b.count(pair.second))
         expected.insert(pair), taken_a.insert(pair.first), taken_b.insert(pair.second);
     const tree_observations trees =
-        find_trees(maps, scenes::all_of(2), std::vector<plan_pose>(2), scenes::tree_radius);
+        find_trees(maps, scenes::all_of(2), std::vector<plan_pose>(2), scenes::tree_radii(2));
     for (std::size_t t = 0; t < trees.size(); ++t)
       if (trees.of(t).size() == 2) found.insert({trees.of(t)[0].stem, trees.of(t)[1].stem});
     CHECK(found == expected);
@@ -67,7 +67,7 @@ TEST_CASE("trees are found as brute force finds them: the nearest first, one to 
 TEST_CASE("trees without noise are those of the forest") {
   random_source random(3);
   const scenes::nine_maps s(0, random);
-  const tree_observations trees = find_trees(s.seen.maps, scenes::all_of(9), s.truth, scenes::tree_radius);
+  const tree_observations trees = find_trees(s.seen.maps, scenes::all_of(9), s.truth, scenes::tree_radii(9));
   check_partition(trees, s.seen.maps);
   std::set<std::size_t> forest;
   for (std::size_t t = 0; t < trees.size(); ++t) {

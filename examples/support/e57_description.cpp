@@ -9,8 +9,9 @@
 
 #include "support/text_fields.hpp"
 
-// Builds for other machines have no pugixml, which is not a library of headers alone.
-#if __has_include(<pugixml.hpp>)
+// Builds for other machines have no pugixml, which is not a library of headers alone; where its header is found
+// even so, the build says that there is nothing to link.
+#if __has_include(<pugixml.hpp>) && !defined(GLOBALMATCH_WITHOUT_PUGIXML)
 #include <pugixml.hpp>
 
 namespace globalmatch::support {

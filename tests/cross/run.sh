@@ -33,7 +33,7 @@ done
 # reading and writing other files is tested, too.
 sources=(src/*.cpp tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
 mapfile -t sources < <(printf '%s\n' "${sources[@]}" | grep -v /test_e57)
-compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED
+compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED -DGLOBALMATCH_WITHOUT_PUGIXML
   -I include -I tests -I examples -I benchmarks -isystem "$folder/include"
   -DGLOBALMATCH_VERSION="\"$(sed -n 's/^ *VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt | head -1)\""
   -DGLOBALMATCH_SHARED_DATA="\"$PWD/../shared/data\"" -DGLOBALMATCH_TEST_DATA="\"$PWD/tests/support/data\"")

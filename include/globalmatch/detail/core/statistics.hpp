@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace globalmatch::detail {
@@ -40,6 +41,21 @@ inline double upper_median(std::vector<double>& values) {
   const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// The value below which half of the weights are, of pairs of value and weight, which it sorts; the mean of
+/// two where just half are. Not a number where there is none.
+inline double weighted_median(std::span<std::pair<double, double>> weighted) {
+  if (weighted.empty()) return std::numeric_limits<double>::quiet_NaN();
+  std::sort(weighted.begin(), weighted.end());
+  double half = 0, below = 0;
+  for (const auto& [value, weight] : weighted) half += weight / 2;
+  for (std::size_t i = 0; i + 1 < weighted.size(); ++i) {
+    below += weighted[i].second;
+    if (below > half) return weighted[i].first;
+    if (below == half) return (weighted[i].first + weighted[i + 1].first) / 2;
+  }
+  return weighted.back().first;
 }
 
 /// Upper bound of the natural logarithm of the probability that of `tries` independent tries, each successful

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "globalmatch/detail/core/matrices.hpp"
-#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/adjust_links.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/stem_deviations.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
 #include "globalmatch/detail/survey/tree_adjustment.hpp"
@@ -27,14 +27,14 @@ struct adjusted_survey {
   std::vector<mat3> covariance;  ///< of shift and yaw of each pose, along the axes of the survey
   tree_observations trees;
   std::vector<double> weights;  ///< of the observations
-  double stem_sigma = 0;        ///< [m] of a stem in plan, along each axis
+  double stem_sigma = 0;        ///< [m] of one of weight 1 in plan, along each axis
 };
 
 /// Trees of all components, and of maps that stand alone none.
 inline tree_observations trees_of_components(std::span<const prepared_stems> maps,
                                              std::span<const plan_pose> poses,
                                              const std::vector<std::vector<std::uint32_t>>& members,
-                                             double radius) {
+                                             std::span<const double> radius) {
   tree_observations all;
   for (const auto& of_component : members) {
     if (of_component.size() < 2) continue;
@@ -46,21 +46,13 @@ inline tree_observations trees_of_components(std::span<const prepared_stems> map
   return all;
 }
 
-/// The typical distance [m] of stems that links pair.
-inline double typical_rms(std::span<const survey_link> links) {
-  std::vector<double> rms;
-  for (const survey_link& l : links)
-    if (l.used) rms.push_back(l.rms);
-  return rms.empty() ? 0 : median(rms);
-}
-
 /// Finds the trees by the poses, adjusts the poses to them, and does so again. Where that fails poses stay
 /// those of the links, of an uncertainty that says nothing, and there are no trees.
 inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, const placed_maps& placed,
                                        std::span<const survey_link> links,
                                        const std::vector<std::vector<std::uint32_t>>& members) {
   constexpr int iterations = 2;
-  constexpr double in_rms = 3, min_radius = 0.05;          // [m]
+  constexpr double in_deviations = 6, min_radius = 0.05;   // [m]
   constexpr double unknown_shift = 1e6, unknown_yaw = 10;  // [m^2] [rad^2]
   adjusted_survey result;
   result.poses = placed.poses;
@@ -69,10 +61,12 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
     const std::uint32_t component = placed.parts.of[m];
     return members[component].size() < 2 || placed.parts.reference[component] == m;
   });
-  const double rms = typical_rms(links), radius = std::max(min_radius, in_rms * rms);
+  const std::vector<double> deviations = deviations_by_links(links, maps.size());
+  std::vector<double> radius;
+  for (const double d : deviations) radius.push_back(std::max(min_radius, in_deviations * d));
   for (int iteration = 0; iteration < iterations; ++iteration) {
     result.trees = trees_of_components(maps, result.poses, members, radius);
-    tree_adjustment adjustment(maps, result.trees, links, unknowns, rms);
+    tree_adjustment adjustment(maps, result.trees, links, unknowns, deviations);
     std::vector<plan_pose> poses = result.poses;
     if (!adjustment.adjust(poses)) {
       result.trees = {};
@@ -81,7 +75,7 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
       break;
     }
     result.poses = std::move(poses);
-    result.weights.assign(adjustment.weights().begin(), adjustment.weights().end());
+    result.weights = adjustment.weights();
     result.stem_sigma = adjustment.sigma();
     if (iteration + 1 < iterations) continue;
     result.covariance = adjustment.covariances();

@@ -90,12 +90,15 @@ class tree_places {
   std::vector<std::uint32_t> heads_, next_;  // of the buckets, and of each tree
 };
 
-/// Stems within `radius` [m] of a tree of the maps before are this tree, nearest ones first and one to one;
-/// others are new ones. Maps in `order`, which are those of one component. Cost: linear in the stems.
+/// Stems near a tree of the maps before are this tree, nearest ones first and one to one; others are new
+/// ones. Near is within the root mean square of the `radius` [m] of the map and that of the map that showed
+/// the tree first. Maps in `order`, which are those of one component. Cost: linear in the stems.
 inline tree_observations find_trees(std::span<const prepared_stems> maps,
                                     std::span<const std::uint32_t> order, std::span<const plan_pose> poses,
-                                    double radius) {
-  tree_places places(radius);
+                                    std::span<const double> radius) {
+  double largest = 0;
+  for (const std::uint32_t m : order) largest = std::max(largest, radius[m]);
+  tree_places places(largest);
   std::vector<std::vector<stem_of_map>> seen;
   std::vector<keyed> candidates;
   std::vector<std::uint32_t> tree_of, taken_by;
@@ -108,7 +111,9 @@ inline tree_observations find_trees(std::span<const prepared_stems> maps,
     taken_by.resize(places.size(), none);
     for (std::uint32_t s = 0; s < at.size(); ++s)
       places.for_each_near(poses[m] * at[s].xy(), [&](std::uint32_t tree, double squared) {
-        candidates.push_back({key_of(squared), key_of(s, tree)});
+        const double other = radius[seen[tree].front().map];
+        if (2 * squared < radius[m] * radius[m] + other * other)
+          candidates.push_back({key_of(squared), key_of(s, tree)});
       });
     sort_keyed(candidates);
     for (const keyed& c : candidates) {

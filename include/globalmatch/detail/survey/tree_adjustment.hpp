@@ -21,6 +21,7 @@
 #include "globalmatch/detail/survey/adjust_links.hpp"
 #include "globalmatch/detail/survey/block_system.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/stem_deviations.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
 #include "globalmatch/matching.hpp"
@@ -41,17 +42,21 @@ inline std::vector<std::pair<std::uint32_t, std::uint32_t>> connected_pairs(
 /// The adjustment of poses in plan to trees, whose places are eliminated. Refers to all that it is given.
 class tree_adjustment {
  public:
-  /// `sigma` [m] of stems in plan, along each axis. Links that are used connect the maps; those whose stems
-  /// are hardly any tree hold their maps themselves.
+  /// `deviations` [m] of the stems of each map in plan, along each axis, at first. Links that are used
+  /// connect the maps; those whose stems are hardly any tree hold their maps themselves.
   tree_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
-                  std::span<const survey_link> links, const unknown_poses& unknowns, double sigma)
+                  std::span<const survey_link> links, const unknown_poses& unknowns,
+                  std::span<const double> deviations)
       : maps_(maps),
         trees_(trees),
         links_(links),
         unknowns_(unknowns),
-        sigma_(sigma),
         system_(unknowns.count, connected_pairs(trees, links, unknowns)) {
-    weights_.assign(trees.stems.size(), 1);
+    std::vector<double> sorted(deviations.begin(), deviations.end());
+    sigma_ = sorted.empty() ? min_stem_deviation : std::max(min_stem_deviation, median(sorted));
+    for (const double d : deviations)
+      precisions_.push_back(sigma_ * sigma_ / std::max(d * d, min_stem_deviation * min_stem_deviation));
+    agreement_.assign(trees.stems.size(), 1);
     first_stem_.assign(1, 0);
     for (const prepared_stems& map : maps) first_stem_.push_back(first_stem_.back() + map.stems.size());
     observation_of_.assign(first_stem_.back(), none);
@@ -79,10 +84,15 @@ class tree_adjustment {
     return true;
   }
 
-  /// Standard deviation [m] of an observation along each axis, once adjusted.
+  /// Standard deviation [m] of an observation of weight 1 along each axis.
   double sigma() const { return sigma_; }
-  /// Of the observations of all trees, in their order: 0 for those that belong to none.
-  std::span<const double> weights() const { return weights_; }
+  /// Of the observations of all trees, in their order: 0 for those that belong to none, about 1 for those of
+  /// a typical map, more where stems are known better.
+  std::vector<double> weights() const {
+    std::vector<double> all;
+    for (std::size_t i = 0; i < agreement_.size(); ++i) all.push_back(weight(i));
+    return all;
+  }
 
   /// Covariances of shift and yaw of the poses, along the axes of the survey; 0 of fixed ones. After
   /// `adjust`.
@@ -97,7 +107,7 @@ class tree_adjustment {
     return result;
   }
 
-  /// Weighted mean [m] of where the stems of a tree are; nothing counts more than once.
+  /// Weighted mean [m] of where the stems of a tree are.
   vec2 place_of(std::size_t tree, std::span<const plan_pose> poses) const {
     vec2 sum = vec2{};
     double total = 0;
@@ -107,7 +117,7 @@ class tree_adjustment {
     }
     return total > 0 ? sum / total : placed(trees_.first[tree], poses);
   }
-  /// Of the weights of a tree's observations, each at most 1.
+  /// Of the weights of a tree's observations.
   double total_weight(std::size_t tree) const {
     double total = 0;
     for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) total += weight(i);
@@ -119,53 +129,50 @@ class tree_adjustment {
     const stem_of_map& o = trees_.stems[i];
     return poses[o.map] * maps_[o.map].stems.at[o.stem].xy();
   }
-  double weight(std::size_t i) const { return weights_[i]; }
+  double precision(std::size_t i) const { return precisions_[trees_.stems[i].map]; }
+  double weight(std::size_t i) const { return agreement_[i] * precision(i); }
 
-  /// Trees that stems paired by the link are, by the weight that they have.
+  /// Trees that stems paired by the link are, by how they agree.
   double trees_of_link(const survey_link& l) const {
     double shared = 0;
     for (const correspondence& c : l.correspondences) {
       const std::size_t i = observation_of_[first_stem_[l.source] + c.source],
                         k = observation_of_[first_stem_[l.target] + c.target];
-      if (i != none && k != none && tree_of_[i] == tree_of_[k]) shared += std::min(weight(i), weight(k));
+      if (i != none && k != none && tree_of_[i] == tree_of_[k])
+        shared += std::min(agreement_[i], agreement_[k]);
     }
     return shared;
   }
 
-  /// Medians of where the stems of a tree are, along both axes.
+  /// Medians of where the stems of a tree are, along both axes, each stem counted by its precision; of two
+  /// stems the mean.
   vec2 median_place_of(std::size_t tree, std::span<const plan_pose> poses) const {
-    std::vector<double> x, y;
+    if (trees_.of(tree).size() == 2) return place_of(tree, poses);
+    std::vector<std::pair<double, double>> x, y;  // with precision
     for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
       const vec2 at = placed(i, poses);
-      x.push_back(at.x);
-      y.push_back(at.y);
+      x.emplace_back(at.x, precision(i));
+      y.emplace_back(at.y, precision(i));
     }
-    return {median(x), median(y)};
+    return {weighted_median(x), weighted_median(y)};
   }
 
-  /// Weights follow the residuals; their deviation is estimated from the median of all. At first residuals
-  /// are those from the median: one stem that is off would have the mean of three refuse all.
+  /// Agreement of observations follows the residuals, at first those from the median: one stem that is off
+  /// would have the mean of three refuse all.
   void reweight(std::span<const plan_pose> poses, bool first) {
-    constexpr double min_sigma = 1e-4;               // [m]
-    constexpr double median_of_chi_squared = 1.386;  // of two degrees of freedom
-    std::vector<double> squares(trees_.stems.size(), 0), sample;
-    double redundancy = 0;
+    const double largest = sigma_ * tukey_constant;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
-      const std::size_t seen = trees_.first[t + 1] - trees_.first[t];
-      if (seen < 2) continue;
+      const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];
+      if (end - begin < 2) continue;
       const vec2 place = first ? median_place_of(t, poses) : place_of(t, poses);
-      redundancy += 2 * double(seen - 1);
-      const double of_mean = double(seen) / double(seen - 1);  // which is nearer to its stems than the tree
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        squares[i] = (placed(i, poses) - place).squared_norm() * of_mean;
-        sample.push_back(squares[i]);
+      double total = 0;
+      for (std::size_t i = begin; i < end; ++i) total += precision(i);
+      for (std::size_t i = begin; i < end; ++i) {
+        const double of_mean = total / (total - precision(i));  // which is nearer to its stems than the tree
+        const double square = (placed(i, poses) - place).squared_norm() * of_mean * precision(i);
+        agreement_[i] = tukey_weight(square / (largest * largest));
       }
     }
-    if (sample.empty()) return;
-    sigma_ = std::max(min_sigma, std::sqrt(median(sample) / median_of_chi_squared) *
-                                     growth_of_residuals(redundancy, 3 * double(unknowns_.count)));
-    for (std::size_t i = 0; i < squares.size(); ++i)
-      weights_[i] = tukey_weight(squares[i] / (sigma_ * sigma_ * tukey_constant * tukey_constant));
   }
 
   /// Adds the links that trees do not stand for: a map that was placed less well than others may be too far
@@ -222,8 +229,10 @@ class tree_adjustment {
   const tree_observations& trees_;
   std::span<const survey_link> links_;
   const unknown_poses& unknowns_;
-  double sigma_;
-  std::vector<double> weights_;
+  double sigma_ = 0;                         // deviation of a typical map
+  std::vector<double> deviations_;           // of each map
+  std::vector<double> precisions_;           // of each map, 1 for a typical one
+  std::vector<double> agreement_;            // Tukey weight of each observation
   std::vector<std::size_t> first_stem_;      // of each map, among the stems of all
   std::vector<std::size_t> observation_of_;  // each stem of all; `none` where it is of no tree
   std::vector<std::size_t> tree_of_;         // each observation

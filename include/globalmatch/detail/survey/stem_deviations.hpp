@@ -1,0 +1,105 @@
+// How exactly each map of a survey shows its stems: a field census and a scan may differ tenfold. In: links,
+// or residuals from trees. Out: a standard deviation in plan for each map.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+
+namespace globalmatch::detail {
+
+inline constexpr double min_stem_deviation = 1e-4;  // [m]
+
+/// Sum of the variances [m^2] of stems along each axis, of both maps of a link: residuals are as many fewer
+/// as the transform has parameters.
+inline double sum_of_variances(const survey_link& l) {
+  constexpr double least = min_stem_deviation * min_stem_deviation;
+  const double pairs = std::max(2.0, double(l.correspondences.size()));
+  return std::max(2 * least, l.rms * l.rms * pairs / (2 * pairs - 3));
+}
+
+/// A variance [m^2] of stems of a map, as a link to another map tells it.
+struct shared_variance {
+  std::uint32_t neighbor;
+  double sum;  ///< of the variances of both maps
+};
+
+/// The variance of each map, of which links tell sums: halfway to the median of what its links say, again and
+/// again, since two maps would exchange theirs for ever.
+inline std::vector<double> separate_variances(std::span<const std::vector<shared_variance>> of_links,
+                                              double typical) {
+  constexpr int iterations = 20;
+  constexpr double min_share = 0.05;  // of a sum, that one of its maps has
+  std::vector<double> variance(of_links.size(), typical), next = variance, own;
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    for (std::size_t m = 0; m < of_links.size(); ++m) {
+      if (of_links[m].empty()) continue;
+      own.clear();
+      for (const shared_variance& l : of_links[m])
+        own.push_back(std::max(min_share * l.sum, l.sum - variance[l.neighbor]));
+      next[m] = (variance[m] + median(own)) / 2;
+    }
+    std::swap(variance, next);
+  }
+  return variance;
+}
+
+/// Raises the variances of two maps that agree worse than those say that they should, significantly: maps
+/// that repeat each other's errors, as extracts of one census do, seem exact until another one is beside
+/// them.
+inline void raise_to_links(std::span<const survey_link> links, std::span<double> variances) {
+  constexpr double deviations = 3;
+  const std::vector<double> before(variances.begin(), variances.end());
+  for (const survey_link& l : links) {
+    const double expected = before[l.source] + before[l.target], sum = sum_of_variances(l);
+    const double at_random =
+        deviations / std::sqrt(double(std::max<std::size_t>(1, l.correspondences.size())));
+    if (!l.used || sum * (1 - at_random) <= expected) continue;
+    for (const std::uint32_t m : {l.source, l.target})
+      variances[m] = std::max(variances[m], before[m] + (sum - expected) / 2);
+  }
+}
+
+/// Standard deviations [m] of stems along each axis, each map's, from the distances of the stems that links
+/// pair. Where links do not tell which of two maps is the noisier one both are taken for equal. Maps that do
+/// not differ significantly from most have the same deviation (positive-part estimator of James and Stein
+/// 1961, Proc. 4th Berkeley Symposium 1, on logarithms), as those without links.
+inline std::vector<double> deviations_by_links(std::span<const survey_link> links, std::size_t maps) {
+  constexpr double least = min_stem_deviation * min_stem_deviation, deviations = 3;
+  constexpr double variance_of_log = 6;  // times the pairs: the median of differences to neighbors
+  std::vector<std::vector<shared_variance>> of_links(maps);
+  std::vector<std::size_t> pairs(maps);  // of stems
+  std::vector<double> all;
+  for (const survey_link& l : links) {
+    if (!l.used) continue;
+    const double sum = sum_of_variances(l);
+    of_links[l.source].push_back({l.target, sum});
+    of_links[l.target].push_back({l.source, sum});
+    for (const std::uint32_t m : {l.source, l.target}) pairs[m] += l.correspondences.size();
+    all.push_back(sum / 2);
+  }
+  std::vector<double> variances = separate_variances(of_links, all.empty() ? least : median(all));
+  raise_to_links(links, variances);
+  all.clear();
+  for (std::size_t m = 0; m < maps; ++m)
+    if (!of_links[m].empty()) all.push_back(variances[m]);
+  const double most = std::log(all.empty() ? least : median(all));
+  std::vector<double> found(maps, std::exp(most / 2));
+  for (std::size_t m = 0; m < maps; ++m) {
+    if (pairs[m] == 0) continue;
+    const double off = std::log(std::max(least, variances[m])) - most;
+    const double at_random = deviations * deviations * variance_of_log / double(pairs[m]);
+    const double kept = std::max(0.0, 1 - at_random / std::max(at_random, off * off));
+    found[m] = std::exp((most + kept * off) / 2);
+  }
+  return found;
+}
+
+}  // namespace globalmatch::detail

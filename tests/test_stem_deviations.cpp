@@ -1,0 +1,69 @@
+#include "globalmatch/detail/survey/stem_deviations.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "globalmatch/detail/core/random.hpp"
+
+#include "catch.hpp"
+
+namespace globalmatch {
+
+using namespace detail;
+
+namespace {
+
+/// A link between two maps whose stems have these deviations; its rms as of many pairs.
+survey_link link_of(std::uint32_t source, std::uint32_t target, const std::vector<double>& deviations) {
+  survey_link link;
+  link.source = source;
+  link.target = target;
+  link.correspondences.resize(10000);
+  link.rms =
+      std::sqrt(2 * (deviations[source] * deviations[source] + deviations[target] * deviations[target]));
+  return link;
+}
+
+}  // namespace
+
+TEST_CASE("links between all maps tell the deviation of each") {
+  const std::vector<double> truth = {0.01, 0.2, 0.02, 0.03, 0.05};
+  std::vector<survey_link> links;
+  for (std::uint32_t t = 0; t < 5; ++t)
+    for (std::uint32_t s = t + 1; s < 5; ++s) links.push_back(link_of(s, t, truth));
+  links.push_back(link_of(0, 2, {3, 3, 3, 3, 3}));
+  links.back().used = false;
+  const std::vector<double> found = deviations_by_links(links, 6);
+  for (std::size_t m = 0; m < 5; ++m) CHECK(found[m] == Approx(truth[m]).margin(0.012));
+  CHECK(found[1] > 0.15);
+  CHECK(found[5] > 0.01);
+}
+
+TEST_CASE(
+    "two maps of one link share its variance, and maps that agree to the bit have the least deviation") {
+  const std::vector<double> of_two = deviations_by_links(std::vector{link_of(1, 0, {0.03, 0.04})}, 2);
+  CHECK(of_two[0] == Approx(std::sqrt((9e-4 + 16e-4) / 2)).epsilon(1e-3));
+  CHECK(of_two[1] == Approx(of_two[0]));
+  CHECK(deviations_by_links(std::vector{link_of(1, 0, {0, 0})}, 2)[0] == Approx(min_stem_deviation));
+  CHECK(deviations_by_links({}, 3)[2] == Approx(min_stem_deviation));
+}
+
+TEST_CASE("maps that differ only by chance have one deviation") {
+  random_source random(1);
+  std::vector<double> truth(12, 0.03);
+  truth[3] = 0.3;
+  std::vector<survey_link> links;
+  for (std::uint32_t t = 0; t < truth.size(); ++t)
+    for (std::uint32_t s = t + 1; s < truth.size(); ++s) {
+      links.push_back(link_of(s, t, truth));
+      links.back().correspondences.resize(30);
+      links.back().rms *= 1 + 0.1 * random.normal();
+    }
+  const std::vector<double> found = deviations_by_links(links, truth.size());
+  CHECK(found[0] == Approx(0.03).epsilon(0.1));
+  CHECK(found[3] == Approx(0.3).epsilon(0.1));
+  CHECK(std::count(found.begin(), found.end(), found[0]) >= 9);
+}
+
+}  // namespace globalmatch
