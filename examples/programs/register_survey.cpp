@@ -4,32 +4,56 @@
 
 #include "support/atomic_file.hpp"
 #include "support/reports.hpp"
+#include "support/run_record.hpp"
+#include "support/stage_lock.hpp"
 #include "support/survey_command.hpp"
 #include "support/survey_constraints.hpp"
 #include "support/survey_files.hpp"
 #include "support/survey_inputs.hpp"
+#include "support/survey_matching.hpp"
 #include "support/survey_picture.hpp"
+#include "support/survey_scans.hpp"
 #include "support/survey_work.hpp"
 
 #include <iostream>
 
 using namespace globalmatch;
+using json = nlohmann::ordered_json;
 
 namespace {
 
-/// Writes all results, and returns the exit status.
-int write_results(const support::survey_command& command, support::survey_work& work, const survey& result,
-                  const std::string& reference, support::stage_clock& clock) {
+/// One stage at a time of those that work in the folder of the survey; the parts of a stage are apart.
+support::stage_lock lock_stage(const support::survey_command& command, const std::string& stage) {
+  const std::string part = "_" + support::name_of(support::parse_part(command.part));
+  return support::stage_lock(command.out_dir / (stage + (stage == "solve" ? "" : part) + ".lock"));
+}
+
+/// The maps of all inputs, or those of the part that is to be mapped.
+support::survey_work map_scans(std::vector<support::survey_input> inputs,
+                               const support::survey_command& command, const execution& exec) {
+  if (command.only == "map") inputs = support::part_of(std::move(inputs), support::parse_part(command.part));
+  const auto lock = lock_stage(command, "map");
+  return support::map_inputs(inputs, command, exec);
+}
+
+/// Places the maps, writes all results, and returns what is reported of them.
+json solve_and_write(support::survey_work& work, const support::survey_command& command,
+                     const support::survey_constraints& constraints, const execution& exec) {
+  const auto lock = lock_stage(command, "solve");
+  const survey_options options = constraints.options_for(work, command.out_dir);
+  survey result = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
+  const std::string reference =
+      options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
+  constraints.apply_to(result, options);
   support::fill_statuses(work.rows, result);
-  auto report = support::describe(work.rows, result);
+  json report = support::describe(work.rows, result);
   report["reference"] = reference;
-  report["stages"] = clock.stages();
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, work.names, result);
+  support::write_placed_scans(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
-  const bool all_placed = support::report_unplaced(work.rows, result);
+  report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
-  if (work.maps.empty()) return support::unusable_input;
-  return all_placed ? support::done : support::no_registration;
+  return report;
 }
 
 }  // namespace
@@ -39,25 +63,28 @@ int main(int argc, char** argv) {
   support::survey_command command;
   command.add_to(app);
   return support::run_program(app, argc, argv, [&] {
+    command.require_consistent();
     const auto paths = command.inputs();
     const auto constraints = support::survey_constraints::read(command);
-    support::make_folder(command.out_dir);
-    support::require_writable({command.picture});
+    command.prepare_folder();
+    support::require_writable({command.picture, command.merged, command.options.json});
     support::stage_clock clock;
     const execution exec = clock.listen(command.options.threads);
 
-    auto inputs = support::survey_inputs(paths);
-    if (!command.part.empty()) inputs = support::part_of(std::move(inputs), command.part);
-    support::survey_work work = support::map_inputs(inputs, command, exec);
-    if (command.only == "map")
-      return int(work.maps.empty() && !inputs.empty() ? support::unusable_input : support::done);
-
-    const survey_options options = constraints.options_for(work, command.out_dir);
-    survey result = register_survey(work.maps, options, exec);
+    const auto inputs = support::survey_inputs(paths);
+    support::survey_work work = map_scans(inputs, command, exec);
+    json report = json::object();
+    if (command.only == "match") {
+      const auto lock = lock_stage(command, "match");
+      support::match_part(work, command, constraints.options_for(work, command.out_dir), exec);
+    } else if (command.only != "map") {
+      report = solve_and_write(work, command, constraints, exec);
+    }
     clock.leave();
-    const std::string reference =
-        options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
-    constraints.apply_to(result, options);
-    return write_results(command, work, result, reference, clock);
+    if (work.maps.empty() && !work.rows.empty()) return int(support::unusable_input);
+    report.update(support::describe_run(app, {argv, argv + argc}, clock));
+    report.update(support::describe_inputs(inputs, work));
+    support::write_json(command.options.json, report);
+    return int(report.value("all_placed", true) ? support::done : support::no_registration);
   });
 }

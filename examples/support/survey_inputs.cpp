@@ -33,6 +33,25 @@ std::string hexadecimal(std::uint64_t hash) {
   return text.str();
 }
 
+/// Of all that a stream holds.
+std::uint64_t hash_of(std::istream& in) {
+  constexpr std::uint64_t step = 0x9e3779b97f4a7c15u;
+  std::vector<char> block(std::size_t(1) << 20);
+  std::uint64_t hash = step, size = 0;
+  while (in.read(block.data(), std::streamsize(block.size())), in.gcount() > 0) {
+    const auto count = std::size_t(in.gcount());
+    size += count;
+    std::fill(block.begin() + std::ptrdiff_t(count), block.begin() + std::ptrdiff_t((count + 7) / 8 * 8),
+              '\0');
+    for (std::size_t i = 0; i < count; i += 8) {
+      std::uint64_t word = 0;
+      std::memcpy(&word, block.data() + i, 8);
+      hash = mixed(hash + step + word);
+    }
+  }
+  return mixed(hash + size);
+}
+
 /// The folder that all paths lie in.
 fs::path common_folder(const std::vector<fs::path>& paths) {
   fs::path common;
@@ -91,22 +110,14 @@ void set_names(std::vector<survey_input>& inputs) {
 std::uint64_t content_hash(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) throw file_error(file, "cannot be opened", "Does it exist, and may it be read?");
-  constexpr std::uint64_t step = 0x9e3779b97f4a7c15u;
-  std::vector<char> block(std::size_t(1) << 20);
-  std::uint64_t hash = step, size = 0;
-  while (in.read(block.data(), std::streamsize(block.size())), in.gcount() > 0) {
-    const auto count = std::size_t(in.gcount());
-    size += count;
-    std::fill(block.begin() + std::ptrdiff_t(count), block.begin() + std::ptrdiff_t((count + 7) / 8 * 8),
-              '\0');
-    for (std::size_t i = 0; i < count; i += 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, block.data() + i, 8);
-      hash = mixed(hash + step + word);
-    }
-  }
+  const std::uint64_t hash = hash_of(in);
   if (in.bad()) throw file_error(file, "cannot be read", "Is the disk or the network at fault?");
-  return mixed(hash + size);
+  return hash;
+}
+
+std::string text_hash(const std::string& text) {
+  std::istringstream in(text);
+  return hexadecimal(hash_of(in));
 }
 
 std::vector<survey_input> survey_inputs(const std::vector<fs::path>& paths) {
@@ -137,14 +148,24 @@ std::vector<survey_input> survey_inputs(const std::vector<fs::path>& paths) {
   return inputs;
 }
 
-std::vector<survey_input> part_of(std::vector<survey_input> inputs, const std::string& part) {
+survey_matches::part parse_part(const std::string& text) {
+  if (text.empty()) return {};
   std::size_t own = 0, parts = 0;
   char slash = 0;
-  std::istringstream text(part);
-  if (!(text >> own >> slash >> parts) || slash != '/' || !text.eof() || own < 1 || own > parts)
-    throw std::invalid_argument("--part " + part + ": I/N is needed, I from 1 to N");
+  std::istringstream in(text);
+  if (!(in >> own >> slash >> parts) || slash != '/' || !in.eof() || own < 1 || own > parts)
+    throw std::invalid_argument("--part " + text + ": I/N is needed, I from 1 to N");
+  return {own - 1, parts};
+}
+
+std::string name_of(const survey_matches::part& part) {
+  return std::to_string(part.number + 1) + "_of_" + std::to_string(part.count);
+}
+
+std::vector<survey_input> part_of(std::vector<survey_input> inputs, const survey_matches::part& part) {
   std::vector<survey_input> chosen;
-  for (std::size_t i = own - 1; i < inputs.size(); i += parts) chosen.push_back(std::move(inputs[i]));
+  for (std::size_t i = part.number; i < inputs.size(); i += part.count)
+    chosen.push_back(std::move(inputs[i]));
   return chosen;
 }
 

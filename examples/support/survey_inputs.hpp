@@ -1,6 +1,8 @@
 // The inputs of a survey: scans or stem maps with names that differ, in an order of their contents.
 #pragma once
 
+#include <globalmatch/survey_matches.hpp>
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -23,10 +25,19 @@ struct survey_input {
 /// common, with `__` between folders. Throws `file_error` where names agree even so.
 std::vector<survey_input> survey_inputs(const std::vector<std::filesystem::path>& paths);
 
-/// Every N-th input, from the I-th on, of part "I/N". Throws `std::invalid_argument` for what is no part.
-std::vector<survey_input> part_of(std::vector<survey_input> inputs, const std::string& part);
+/// "I/N", I from 1 to N, or all where it is empty. Throws `std::invalid_argument` for what is no part.
+survey_matches::part parse_part(const std::string& text);
+
+/// "I_of_N", for names of files.
+std::string name_of(const survey_matches::part& part);
+
+/// Every N-th input, from the I-th on.
+std::vector<survey_input> part_of(std::vector<survey_input> inputs, const survey_matches::part& part);
 
 /// Hash of all bytes of a file, 64 bits. Throws `file_error`.
 std::uint64_t content_hash(const std::filesystem::path& file);
+
+/// The same of a text, as 16 hexadecimal digits.
+std::string text_hash(const std::string& text);
 
 }  // namespace globalmatch::support

@@ -4,6 +4,8 @@
 #include <globalmatch/execution.hpp>
 #include <globalmatch/stem_map.hpp>
 
+#include <nlohmann/json.hpp>
+
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -24,6 +26,10 @@ struct survey_work {
   /// The map of that name.
   std::optional<std::size_t> index_of(const std::string& name) const;
 };
+
+/// `inputs[{scan,path,bytes,hash}]`, null where one cannot be read, and `warnings[{scan,code,text}]` of the
+/// maps.
+nlohmann::ordered_json describe_inputs(const std::vector<survey_input>& inputs, const survey_work& work);
 
 /// Maps the inputs, or reads their maps, and says so. One that cannot be read has that status. Throws
 /// `file_error` where a map cannot be written, and `operation_cancelled`.
