@@ -38,7 +38,7 @@ struct survey_matches {
   std::vector<std::uint32_t> maps;  ///< that asked, ascending
   std::vector<std::string> links;   ///< of each of them, as bytes
   survey_matches::record provenance;
-  bool cancelled = false;           ///< the progress callback said so; nothing else is filled
+  bool cancelled = false;  ///< the progress callback said so; nothing else is filled
 };
 
 namespace detail {
