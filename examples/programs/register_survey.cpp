@@ -28,14 +28,6 @@ support::stage_lock lock_stage(const support::survey_command& command, const std
   return support::stage_lock(command.out_dir / (stage + (stage == "solve" ? "" : part) + ".lock"));
 }
 
-/// The maps of all inputs, or those of the part that is to be mapped.
-support::survey_work map_scans(std::vector<support::survey_input> inputs,
-                               const support::survey_command& command, const execution& exec) {
-  if (command.only == "map") inputs = support::part_of(std::move(inputs), support::parse_part(command.part));
-  const auto lock = lock_stage(command, "map");
-  return support::map_inputs(inputs, command, exec);
-}
-
 /// Places the maps, writes all results, and returns what is reported of them.
 json solve_and_write(support::survey_work& work, const support::survey_command& command,
                      const support::survey_constraints& constraints, const execution& exec) {
@@ -64,15 +56,20 @@ int main(int argc, char** argv) {
   command.add_to(app);
   return support::run_program(app, argc, argv, [&] {
     command.require_consistent();
-    const auto paths = command.inputs();
+    auto inputs = support::named_inputs(command.inputs());
     const auto constraints = support::survey_constraints::read(command);
     command.prepare_folder();
     support::require_writable({command.picture, command.merged, command.options.json});
     support::stage_clock clock;
     const execution exec = clock.listen(command.options.threads);
 
-    const auto inputs = support::survey_inputs(paths);
-    support::survey_work work = map_scans(inputs, command, exec);
+    if (command.only == "map")  // no others are read then
+      inputs = support::part_of(std::move(inputs), support::parse_part(command.part));
+    support::hash_inputs(inputs, support::hash_notes(command.out_dir / "hashes"));
+    support::survey_work work = [&] {
+      const auto lock = lock_stage(command, "map");
+      return support::map_inputs(inputs, command, exec);
+    }();
     json report = json::object();
     if (command.only == "match") {
       const auto lock = lock_stage(command, "match");

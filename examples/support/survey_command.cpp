@@ -49,6 +49,8 @@ void survey_command::add_to(CLI::App& app) {
 }
 
 void survey_command::require_consistent() const {
+  if (scans.empty() && stem_maps.empty())
+    throw std::invalid_argument("SCAN: name scans, a folder of them, or --stem-maps");
   parse_part(part);
   if (only == "solve" && !part.empty())
     throw std::invalid_argument("--part " + part + ": to solve is one piece of work; leave it out");
@@ -57,15 +59,13 @@ void survey_command::require_consistent() const {
 
 void survey_command::prepare_folder() const {
   make_folder(out_dir);
-  for (const char* folder : {".", "maps", "matches"}) remove_abandoned(out_dir / folder);
+  for (const char* folder : {".", "hashes", "maps", "matches"}) remove_abandoned(out_dir / folder);
   if (!write_folder.empty()) remove_abandoned(write_folder);
   for (const auto& file : {merged, picture, options.json})
     if (!file.empty()) remove_abandoned(std::filesystem::absolute(file).parent_path());
 }
 
 std::vector<std::filesystem::path> survey_command::inputs() const {
-  if (scans.empty() && stem_maps.empty())
-    throw std::invalid_argument("SCAN: name scans, a folder of them, or --stem-maps");
   return scans.empty() ? stem_maps : find_scans(scans, options.tiles);
 }
 

@@ -31,7 +31,7 @@ struct survey_command {
   /// Throws `file_error`.
   void prepare_folder() const;
 
-  /// The scans, or the stem maps, one by one. Throws `file_error`, and `std::invalid_argument` for none.
+  /// The scans, or the stem maps, one by one. Throws `file_error`.
   std::vector<std::filesystem::path> inputs() const;
 };
 

@@ -14,6 +14,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/build_record.hpp"
+#include "support/content_hash.hpp"
 #include "support/survey_maps.hpp"
 
 namespace globalmatch::support {

@@ -11,6 +11,16 @@
 
 namespace globalmatch::support {
 
+namespace {
+
+std::vector<survey_input> survey_inputs(const std::vector<std::filesystem::path>& paths) {
+  auto inputs = named_inputs(paths);
+  hash_inputs(inputs);
+  return inputs;
+}
+
+}  // namespace
+
 TEST_CASE("inputs of a survey are named by their files, and by folders where two have one name") {
   const temporary_directory directory;
   for (const char* folder : {"one", "two", "two/deep"}) std::filesystem::create_directory(directory / folder);
@@ -99,13 +109,6 @@ TEST_CASE("the parts of a survey hold each input once, and what is no part is re
     CAPTURE(wrong);
     CHECK_THROWS_WITH(parse_part(wrong), Catch::Contains("I/N"));
   }
-}
-
-TEST_CASE("the hash of a text is that of a file that holds it") {
-  const temporary_directory directory;
-  for (const std::string text : {"", "a", "some more than eight bytes"})
-    CHECK(std::stoull(text_hash(text), nullptr, 16) == content_hash(directory.file("a.txt", text)));
-  CHECK(text_hash("ab").size() == 16);
 }
 
 }  // namespace globalmatch::support
