@@ -9,6 +9,7 @@
 #include "peak_memory.hpp"
 #include "support/atomic_file.hpp"
 #include "support/command_line.hpp"
+#include "support/stem_files.hpp"
 #include "survey_layouts.hpp"
 #include "survey_scenes.hpp"
 #include "survey_scores.hpp"
@@ -39,7 +40,7 @@ struct parameters {
   scene_options scene;
   double wrong_links = 0, coherent = 0;
   int repetitions = 1, threads = 0;
-  std::filesystem::path csv = "survey_accuracy.csv";
+  std::filesystem::path csv = "survey_accuracy.csv", maps_folder;
 };
 
 double cpu_seconds() {
@@ -81,6 +82,18 @@ struct survey_run {
   std::vector<std::size_t> misled;  ///< maps whose links were made wrong coherently
 };
 
+/// The maps as tables for the program register_survey, `LAYOUT_COUNT_SEED/mN.csv`.
+void write_maps(const std::filesystem::path& folder, const std::string& layout, std::uint64_t seed,
+                const std::vector<surveyed_map>& maps) {
+  const auto own = folder / (layout + '_' + std::to_string(maps.size()) + '_' + std::to_string(seed));
+  support::make_folder(own);
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    std::vector<support::stem_record> stems;
+    for (const Eigen::Vector3d& p : maps[m].stems) stems.push_back({p.x(), p.y(), p.z()});
+    support::write_stems(own / ("m" + std::to_string(m) + ".csv"), stems);
+  }
+}
+
 /// As `register_survey`, with the links made wrong in between.
 survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& given, std::uint64_t seed) {
   survey_run run;
@@ -97,7 +110,7 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
   for (const surveyed_map& m : maps) sets.push_back(positions_of(m.stems, "map", exec));
   run.maps = prepare_maps(std::move(sets), exec);
   const double max_log10_nfa = max_log10_nfa_of_survey({}, maps.size());
-  std::vector<survey_link> links = find_links(run.maps, max_log10_nfa, run.found.candidates, exec);
+  std::vector<survey_link> links = find_links(run.maps, max_log10_nfa, {}, run.found.candidates, exec);
   report_progress(exec, "adjustment", 0);
   random_source random(seed, 1);
   if (given.wrong_links > 0) replace_links(links, run.maps, given.wrong_links, random);
@@ -234,6 +247,7 @@ summary measure(const std::string& layout, std::size_t count, const parameters& 
   for (const std::uint64_t seed : given.seeds) {
     random_source random(seed);
     const std::vector<surveyed_map> maps = scenes.make(count, random);
+    if (!given.maps_folder.empty()) write_maps(given.maps_folder, layout, seed, maps);
     const auto [stems, overlap] = describe_scene(maps);
     all.stems = stems, all.overlap = overlap;
     survey_run run = run_survey(maps, given, seed);
@@ -274,6 +288,7 @@ void add_options(CLI::App& app, parameters& given) {
   value("--coherent", given.coherent, "share of maps half of whose links agree on a wrong place");
   value("--repetitions", given.repetitions, "of each survey; the least CPU time is reported");
   value("--threads", given.threads, "number of threads; 0: all");
+  value("--write-maps", given.maps_folder, "folder for the maps of each survey (CSV)");
   value("--csv", given.csv, "file with a line for each survey");
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <numbers>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -490,6 +491,49 @@ TEST_CASE("a survey has the same bits for any number of threads, and any order o
   for (const surveyed_map& m : maps)
     reordered.push_back(scenes::reordered(m.stems, scenes::random_order(m.stems.size(), random)));
   CHECK(are_equal(register_survey(reordered), expected));
+}
+
+TEST_CASE("a survey has the same bits in 1, 2 and 7 parts, in any order, also where some are missing") {
+  random_source random(18);
+  auto stems = stems_of(maps_of_forest(70, random));
+  stems.push_back({{1, 2, 0}});  // too few stems to ask
+  const survey expected = register_survey(stems, {}, {.threads = 1});
+  for (const std::size_t parts : {1u, 2u, 7u, 40u}) {
+    std::vector<survey_matches> matches;
+    for (std::size_t i = parts; i-- > 0;) {
+      std::stringstream file;
+      write_survey_matches(file, match_survey(stems, {i, parts}, {}, {.threads = i % 2 == 0 ? 2 : 1}));
+      matches.push_back(read_survey_matches(file));
+    }
+    CHECK(are_equal(solve_survey(stems, matches), expected));
+    std::rotate(matches.begin(), matches.begin() + 1, matches.end());
+    matches.pop_back();
+    CHECK(are_equal(solve_survey(stems, matches), expected));
+  }
+  std::vector<survey_matches> overlapping = {match_survey(stems, {1, 2}), match_survey(stems, {1, 3}),
+                                             match_survey(stems, {1, 3})};
+  CHECK(are_equal(solve_survey(stems, overlapping), expected));
+}
+
+TEST_CASE("matches are taken for what they say, and those of other maps or options are refused") {
+  random_source random(19);
+  auto stems = stems_of(maps_of_forest(50, random));
+  std::vector<survey_matches> matches = {match_survey(stems, {0, 2}), match_survey(stems, {1, 2})};
+  const survey expected = register_survey(stems);
+  CHECK_FALSE(expected.links.empty());
+  auto other = matches;
+  for (survey_matches& m : other)
+    for (std::string& links : m.links) links.assign(16, '\0');  // none was tried, none was found
+  const survey unlinked = solve_survey(stems, other);
+  CHECK(unlinked.candidates != expected.candidates);
+  CHECK_THROWS_WITH(solve_survey(stems, matches, {.max_nfa = 1e-4}), Catch::Contains("options"));
+  other[1].links[0].pop_back();
+  CHECK_THROWS_AS(solve_survey(stems, other), std::invalid_argument);
+  stems[0].pop_back();
+  CHECK_THROWS_WITH(solve_survey(stems, matches), Catch::Contains("other maps"));
+  CHECK_THROWS_WITH(match_survey(stems, {2, 2}), Catch::Contains("part"));
+  CHECK_THROWS_WITH(match_survey(stems, {0, 1}, {.max_nfa = 0}), Catch::Contains("max_nfa"));
+  CHECK(match_survey(stems, {0, 1}, {}, {.on_progress = [](const progress&) { return false; }}).cancelled);
 }
 
 TEST_CASE("a survey takes positions in any container, whose heights may be unknown") {

@@ -1,5 +1,7 @@
 #include "support/atomic_file.hpp"
 
+#include <chrono>
+#include <cstdlib>
 #include <limits>
 #include <locale>
 #include <random>
@@ -7,6 +9,7 @@
 #include <system_error>
 
 #include "support/file_error.hpp"
+#include "support/process_identity.hpp"
 
 namespace globalmatch::support {
 
@@ -20,11 +23,31 @@ fs::path behind_links(const fs::path& path) {
   return fs::is_symlink(path, ignored) ? fs::weakly_canonical(path) : path;
 }
 
+constexpr const char* temporary_extension = ".part";
+
+/// What the names of temporary files of this host have between that of the file and the process.
+std::string host_mark() {
+  return "." + process_identity::own().host + "-";
+}
+
 fs::path temporary_sibling(const fs::path& path) {
   std::random_device random;
   fs::path sibling = path;
-  sibling += "." + std::to_string(random()) + ".part";
+  sibling += host_mark() + std::to_string(process_identity::own().process) + "-" + std::to_string(random()) +
+             temporary_extension;
   return sibling;
+}
+
+/// Whether nobody goes on writing a temporary file.
+bool is_abandoned(const fs::path& file) {
+  const std::string name = file.filename().string(), mark = host_mark();
+  if (const std::size_t at = name.rfind(mark); at != std::string::npos) {
+    const long process = std::strtol(name.c_str() + at + mark.size(), nullptr, 10);
+    return has_ended({process_identity::own().host, process});
+  }
+  std::error_code absent;
+  const auto written = fs::last_write_time(file, absent);
+  return !absent && fs::file_time_type::clock::now() - written > std::chrono::hours(24);
 }
 
 bool is_device(const fs::path& path) {
@@ -76,6 +99,13 @@ void atomic_file::commit() {
 void require_writable(std::initializer_list<fs::path> paths) {
   for (const fs::path& path : paths)
     if (!path.empty()) atomic_file trial(path);
+}
+
+void remove_abandoned(const fs::path& folder) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored))
+    if (entry.path().extension() == temporary_extension && is_abandoned(entry.path()))
+      fs::remove(entry.path(), ignored);
 }
 
 void make_folder(const fs::path& path) {

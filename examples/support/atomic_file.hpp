@@ -39,6 +39,10 @@ class atomic_file {
 /// asked before long work. Leaves nothing behind.
 void require_writable(std::initializer_list<std::filesystem::path> paths);
 
+/// Removes the temporary files in a folder whose process on this host has ended without removing them, and
+/// those of other hosts that are a day old.
+void remove_abandoned(const std::filesystem::path& folder);
+
 /// Makes a folder, and those that it lies in, where they are missing. Throws `file_error`.
 void make_folder(const std::filesystem::path& path);
 

@@ -179,7 +179,9 @@ void add_records(const attribute_places& places, std::size_t scans, las_layout& 
   const std::vector<record_field> fields = las_fields(layout.format);
   for (const shared_attribute& shared : places.with_field)
     add_field(shared, *find_field(fields, shared.name), layout.records.scans);
-  layout.extra_fields.push_back({{"scan", scalar::uint8}, size++});
+  const scalar number = scans <= 255 ? scalar::uint8 : scalar::uint32;
+  layout.extra_fields.push_back({{"scan", number}, size});
+  size += size_of(number);
   std::set<std::string> names = {"scan"};
   for (const shared_attribute& shared : places.extra) {
     layout.extra_fields.push_back({common_storage(shared, true), size});
@@ -190,7 +192,9 @@ void add_records(const attribute_places& places, std::size_t scans, las_layout& 
   }
   for (std::size_t s = 0; s < scans; ++s) {
     layout.records.scans[s].prototype.assign(size, '\0');
-    layout.records.scans[s].prototype[layout.extra_fields.front().offset] = static_cast<char>(s + 1);
+    for (std::size_t byte = 0; byte < size_of(number); ++byte)
+      layout.records.scans[s].prototype[layout.extra_fields.front().offset + byte] =
+          static_cast<char>((s + 1) >> (8 * byte));
   }
 }
 

@@ -1,10 +1,6 @@
 #include "support/survey_inputs.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
-#include <fstream>
-#include <iomanip>
 #include <map>
 #include <set>
 #include <sstream>
@@ -19,19 +15,6 @@ namespace globalmatch::support {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// splitmix64 (Steele, Lea and Flood 2014, OOPSLA), of which each bit depends on all.
-std::uint64_t mixed(std::uint64_t v) {
-  v = (v ^ (v >> 30)) * 0xbf58476d1ce4e5b9u;
-  v = (v ^ (v >> 27)) * 0x94d049bb133111ebu;
-  return v ^ (v >> 31);
-}
-
-std::string hexadecimal(std::uint64_t hash) {
-  std::ostringstream text;
-  text << std::hex << std::setw(16) << std::setfill('0') << hash;
-  return text.str();
-}
 
 /// The folder that all paths lie in.
 fs::path common_folder(const std::vector<fs::path>& paths) {
@@ -88,63 +71,58 @@ void set_names(std::vector<survey_input>& inputs) {
 
 }  // namespace
 
-std::uint64_t content_hash(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw file_error(file, "cannot be opened", "Does it exist, and may it be read?");
-  constexpr std::uint64_t step = 0x9e3779b97f4a7c15u;
-  std::vector<char> block(std::size_t(1) << 20);
-  std::uint64_t hash = step, size = 0;
-  while (in.read(block.data(), std::streamsize(block.size())), in.gcount() > 0) {
-    const auto count = std::size_t(in.gcount());
-    size += count;
-    std::fill(block.begin() + std::ptrdiff_t(count), block.begin() + std::ptrdiff_t((count + 7) / 8 * 8),
-              '\0');
-    for (std::size_t i = 0; i < count; i += 8) {
-      std::uint64_t word = 0;
-      std::memcpy(&word, block.data() + i, 8);
-      hash = mixed(hash + step + word);
-    }
-  }
-  if (in.bad()) throw file_error(file, "cannot be read", "Is the disk or the network at fault?");
-  return mixed(hash + size);
-}
-
-std::vector<survey_input> survey_inputs(const std::vector<fs::path>& paths) {
+std::vector<survey_input> named_inputs(const std::vector<fs::path>& paths) {
   std::vector<survey_input> inputs;
-  std::map<fs::path, std::string> hashes;  // of files
   std::set<std::pair<fs::path, std::size_t>> named;
   for (const fs::path& path : paths) {
-    survey_input input{path, {}, {}};
     const numbered_scan scan = parse_scan_name(path);
-    if (!named.emplace(fs::weakly_canonical(scan.path), scan.number.value_or(0)).second) continue;
+    if (named.emplace(fs::weakly_canonical(scan.path), scan.number.value_or(0)).second)
+      inputs.push_back({path, {}, {}});
+  }
+  set_names(inputs);
+  std::stable_sort(inputs.begin(), inputs.end(),
+                   [](const survey_input& a, const survey_input& b) { return a.name < b.name; });
+  return inputs;
+}
+
+void hash_inputs(std::vector<survey_input>& inputs, const hash_notes& notes) {
+  std::map<fs::path, std::string> hashes;  // of files
+  for (survey_input& input : inputs) {
+    const numbered_scan scan = parse_scan_name(input.path);
     try {
       auto known = hashes.find(scan.path);
-      if (known == hashes.end())
-        known = hashes.emplace(scan.path, hexadecimal(content_hash(scan.path))).first;
+      if (known == hashes.end()) known = hashes.emplace(scan.path, notes.hash_of(scan.path)).first;
       input.hash = with_number(known->second, scan.number);
     } catch (const file_error& e) {
       input.error = e.what();
     }
-    inputs.push_back(std::move(input));
   }
-  set_names(inputs);
   std::stable_sort(inputs.begin(), inputs.end(), [](const survey_input& a, const survey_input& b) {
     return a.hash != b.hash ? a.hash < b.hash : a.name < b.name;
   });
   for (std::size_t i = 1; i < inputs.size(); ++i)
     if (!inputs[i].hash.empty() && inputs[i].hash == inputs[i - 1].hash)
       inputs[i].same_as = inputs[i - 1].same_as.value_or(inputs[i - 1].name);
-  return inputs;
 }
 
-std::vector<survey_input> part_of(std::vector<survey_input> inputs, const std::string& part) {
+survey_matches::part parse_part(const std::string& text) {
+  if (text.empty()) return {};
   std::size_t own = 0, parts = 0;
   char slash = 0;
-  std::istringstream text(part);
-  if (!(text >> own >> slash >> parts) || slash != '/' || !text.eof() || own < 1 || own > parts)
-    throw std::invalid_argument("--part " + part + ": I/N is needed, I from 1 to N");
+  std::istringstream in(text);
+  if (!(in >> own >> slash >> parts) || slash != '/' || !in.eof() || own < 1 || own > parts)
+    throw std::invalid_argument("--part " + text + ": I/N is needed, I from 1 to N");
+  return {own - 1, parts};
+}
+
+std::string name_of(const survey_matches::part& part) {
+  return std::to_string(part.number + 1) + "_of_" + std::to_string(part.count);
+}
+
+std::vector<survey_input> part_of(std::vector<survey_input> inputs, const survey_matches::part& part) {
   std::vector<survey_input> chosen;
-  for (std::size_t i = own - 1; i < inputs.size(); i += parts) chosen.push_back(std::move(inputs[i]));
+  for (std::size_t i = part.number; i < inputs.size(); i += part.count)
+    chosen.push_back(std::move(inputs[i]));
   return chosen;
 }
 

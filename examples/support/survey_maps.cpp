@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "support/atomic_file.hpp"
+#include "support/build_record.hpp"
 #include "support/file_error.hpp"
 #include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
@@ -17,9 +18,6 @@ namespace globalmatch::support {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-/// All that the stems of a scan depend on, besides its points.
 std::string describe_mapping(const shared_options& options) {
   return nlohmann::ordered_json{{"up", options.up},
                                 {"vertical", options.vertical},
@@ -31,27 +29,6 @@ std::string describe_mapping(const shared_options& options) {
                                 {"tiles", options.tiles}}
       .dump();
 }
-
-/// What the compiler was allowed to use: results of other instruction sets differ in their last bits.
-std::string instruction_set() {
-  std::string name = sizeof(void*) == 8 ? "64 bits" : "32 bits";
-#if defined(__AVX512F__)
-  name += ", AVX-512";
-#elif defined(__AVX2__)
-  name += ", AVX2";
-#elif defined(__AVX__)
-  name += ", AVX";
-#endif
-#if defined(__FMA__)
-  name += ", FMA";
-#endif
-#if defined(__aarch64__)
-  name += ", aarch64";
-#endif
-  return name;
-}
-
-}  // namespace
 
 survey_map read_positions(const survey_input& input) {
   survey_map result;
@@ -70,24 +47,29 @@ survey_map read_positions(const survey_input& input) {
   return result;
 }
 
-survey_mapper::survey_mapper(const fs::path& folder, const shared_options& options)
-    : folder_(folder), options_(options) {
+survey_mapper::survey_mapper(const fs::path& folder, const shared_options& options, bool mixes_builds)
+    : folder_(folder), options_(options), mixes_builds_(mixes_builds) {
   make_folder(folder);
 }
 
 stem_map_file::scan_record survey_mapper::record_of(const survey_input& input) const {
-  return {input.name, input.hash, describe_mapping(options_), GLOBALMATCH_VERSION, instruction_set()};
+  return {input.name, input.hash, describe_mapping(options_), this_build().name(), instruction_set()};
 }
 
 std::optional<stem_map> survey_mapper::kept(const survey_input& input) const {
   std::ifstream in(file_of(input.name), std::ios::binary);
   if (!in) return std::nullopt;
+  stem_map_file file;
   try {
-    stem_map_file file = read_stem_map(in, stem_map_file::parts::stems);
-    stem_map_file::scan_record record = record_of(input);
-    if (file.provenance == record) return std::move(file.map);
+    file = read_stem_map(in, stem_map_file::parts::stems);
   } catch (const std::runtime_error&) {  // damaged, or of another version: it is made again
+    return std::nullopt;
   }
+  const stem_map_file::scan_record record = record_of(input);
+  if (file.provenance == record) return std::move(file.map);
+  if (!mixes_builds_ && file.provenance.content_hash == record.content_hash &&
+      file.provenance.options == record.options)
+    require_this_build(file_of(input.name), file.provenance.version, file.provenance.processor);
   return std::nullopt;
 }
 

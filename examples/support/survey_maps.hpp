@@ -21,6 +21,9 @@ struct survey_map {
   bool was_kept = false;   ///< the map was there, and is still that of the scan
 };
 
+/// All that the stems of a scan depend on, besides its points.
+std::string describe_mapping(const shared_options& options);
+
 /// A map of nothing but the positions in a table of stems, and their radii where these are known.
 survey_map read_positions(const survey_input& input);
 
@@ -28,11 +31,12 @@ survey_map read_positions(const survey_input& input);
 /// and processor are those that it was made with.
 class survey_mapper {
  public:
-  /// Refers to the options. Makes the folder. Throws `file_error`.
-  survey_mapper(const std::filesystem::path& folder, const shared_options& options);
+  /// Refers to the options. Makes the folder. Throws `file_error`. `mixes_builds`: a map that another build
+  /// made is made again; otherwise it is refused, as other machines work with it.
+  survey_mapper(const std::filesystem::path& folder, const shared_options& options, bool mixes_builds);
 
   /// Maps a scan, or reads its map, and writes a new one whole or not at all. Throws `file_error` where that
-  /// cannot be written, and `operation_cancelled`.
+  /// cannot be written or a map is refused, and `operation_cancelled`.
   survey_map map(const survey_input& input, const execution& exec) const;
 
   /// The map of a scan that `map` was called for, with its samples. Throws `file_error` where the file is
@@ -46,6 +50,7 @@ class survey_mapper {
 
   std::filesystem::path folder_;
   const shared_options& options_;
+  bool mixes_builds_;
 };
 
 }  // namespace globalmatch::support

@@ -1,10 +1,14 @@
 #include "support/atomic_file.hpp"
 
+#include <chrono>
+#include <cstdlib>
 #include <filesystem>
+#include <string>
 #include <system_error>
 
 #include "catch.hpp"
 #include "file_checks.hpp"
+#include "support/process_identity.hpp"
 
 namespace globalmatch::support {
 
@@ -101,5 +105,29 @@ TEST_CASE("numbers are written so that reading yields the same bits") {
   file.commit();
   CHECK(std::stod(bytes_of(directory / "a.txt")) == 0.1 + 0.2);
 }
+
+#if !defined(_WIN32)
+TEST_CASE("temporary files of a process that has ended are removed, those of others are left") {
+  const temporary_directory directory;
+  const auto ended = directory / "ended.txt";
+  REQUIRE(std::system(("echo $$ > \"" + ended.string() + "\"").c_str()) == 0);
+  const std::string number = std::to_string(std::stol(bytes_of(ended)));
+  const process_identity own = process_identity::own();
+  const std::string mark = "a.csv." + own.host + "-";
+  directory.file(mark + number + "-7.part", "half");
+  directory.file(mark + std::to_string(own.process) + "-7.part", "half");
+  directory.file("a.csv.elsewhere_" + own.host + "-" + number + "-7.part", "half");
+  directory.file("a.csv", "whole");
+  remove_abandoned(directory.path());
+  CHECK_FALSE(std::filesystem::exists(directory / (mark + number + "-7.part")));
+  CHECK(directory.count_files() == 4);
+  std::filesystem::last_write_time(directory / ("a.csv.elsewhere_" + own.host + "-" + number + "-7.part"),
+                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(25));
+  remove_abandoned(directory.path());
+  CHECK(directory.count_files() == 3);
+  CHECK(bytes_of(directory / "a.csv") == "whole");
+  remove_abandoned(directory / "absent");
+}
+#endif
 
 }  // namespace globalmatch::support

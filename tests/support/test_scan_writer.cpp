@@ -291,4 +291,14 @@ TEST_CASE("files are the same for any number of threads") {
   }
 }
 
+TEST_CASE("more scans than a byte can number are told apart in LAS") {
+  const temporary_directory directory;
+  const scan_file scan = scan_of(directory / "s.ply", {{1, 2, 3}});
+  const std::vector<placed_scan> placed(300, {&scan, Eigen::Isometry3d::Identity(), {}});
+  write_scans(directory / "m.laz", placed, 2);
+  const std::vector<double> numbers = values_of(open_scan(directory / "m.laz", all_points_kept), "scan");
+  REQUIRE(numbers.size() == 300);
+  for (std::size_t i = 0; i < numbers.size(); ++i) CHECK(numbers[i] == double(i + 1));
+}
+
 }  // namespace globalmatch::support

@@ -11,6 +11,16 @@
 
 namespace globalmatch::support {
 
+namespace {
+
+std::vector<survey_input> survey_inputs(const std::vector<std::filesystem::path>& paths) {
+  auto inputs = named_inputs(paths);
+  hash_inputs(inputs);
+  return inputs;
+}
+
+}  // namespace
+
 TEST_CASE("inputs of a survey are named by their files, and by folders where two have one name") {
   const temporary_directory directory;
   for (const char* folder : {"one", "two", "two/deep"}) std::filesystem::create_directory(directory / folder);
@@ -87,14 +97,17 @@ TEST_CASE("the parts of a survey hold each input once, and what is no part is re
   for (int i = 0; i < 10; ++i) paths.push_back(directory.file(std::to_string(i) + ".ply", std::to_string(i)));
   std::vector<std::string> names;
   for (const char* part : {"1/3", "2/3", "3/3"})
-    for (const survey_input& input : part_of(survey_inputs(paths), part)) names.push_back(input.name);
+    for (const survey_input& input : part_of(survey_inputs(paths), parse_part(part)))
+      names.push_back(input.name);
   std::sort(names.begin(), names.end());
   CHECK(names == std::vector<std::string>{"0", "1", "2", "3", "4", "5", "6", "7", "8", "9"});
-  CHECK(part_of(survey_inputs(paths), "7/20").size() == 1);
-  CHECK(part_of(survey_inputs(paths), "11/20").empty());
-  for (const char* wrong : {"", "1", "0/3", "4/3", "1/0", "a/b", "1/3x", "-1/3", "1:3"}) {
+  CHECK(part_of(survey_inputs(paths), parse_part("7/20")).size() == 1);
+  CHECK(parse_part("").count == 1);
+  CHECK(name_of(parse_part("2/7")) == "2_of_7");
+  CHECK(part_of(survey_inputs(paths), parse_part("11/20")).empty());
+  for (const char* wrong : {"1", "0/3", "4/3", "1/0", "a/b", "1/3x", "-1/3", "1:3"}) {
     CAPTURE(wrong);
-    CHECK_THROWS_WITH(part_of(survey_inputs(paths), wrong), Catch::Contains("I/N"));
+    CHECK_THROWS_WITH(parse_part(wrong), Catch::Contains("I/N"));
   }
 }
 

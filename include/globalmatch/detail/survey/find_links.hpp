@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <iterator>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/link_maps.hpp"
+#include "globalmatch/detail/survey/map_links.hpp"
 #include "globalmatch/detail/survey/overlap_index.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/execution.hpp"
@@ -58,18 +61,26 @@ inline void keep_best_of_pairs(std::vector<survey_link>& links) {
               links.end());
 }
 
-/// Adds the links of the maps `asking`.
-inline void add_links(std::span<const prepared_stems> maps, const overlap_index& index,
-                      std::span<const std::size_t> asking, const link_question& asked,
-                      std::vector<survey_link>& links, std::size_t& tried, const execution& exec) {
-  std::vector<std::vector<survey_link>> found(asking.size());
-  std::vector<std::size_t> tried_of(asking.size());
+/// The links of the maps `asking`, in their order.
+inline std::vector<map_links> ask_maps(std::span<const prepared_stems> maps, const overlap_index& index,
+                                       std::span<const std::uint32_t> asking, const link_question& asked,
+                                       const execution& exec) {
+  std::vector<map_links> found(asking.size());
   parallel_for(
       exec, "overlaps", asking.size(),
-      [&](std::size_t i) { found[i] = links_of(maps, index, asking[i], asked, tried_of[i]); }, 1);
-  for (std::size_t i = 0; i < asking.size(); ++i) {
-    tried += tried_of[i];
-    for (survey_link& l : found[i]) links.push_back(std::move(l));
+      [&](std::size_t i) {
+        found[i].map = asking[i];
+        found[i].links = links_of(maps, index, asking[i], asked, found[i].tried);
+      },
+      1);
+  return found;
+}
+
+/// Adds the links that maps found.
+inline void add_links(std::vector<map_links>&& found, std::vector<survey_link>& links, std::size_t& tried) {
+  for (map_links& of_map : found) {
+    tried += of_map.tried;
+    for (survey_link& l : of_map.links) links.push_back(std::move(l));
   }
   keep_best_of_pairs(links);
 }
@@ -82,20 +93,41 @@ inline std::vector<std::size_t> count_links(std::span<const survey_link> links, 
   return count;
 }
 
+/// [m] at which maps ask for links, one after the other.
+inline constexpr double link_tolerances[] = {0.03, 0.06, 0.12};
+inline constexpr double overlap_cell = 2 * link_tolerances[0];  // [m]
+inline constexpr std::size_t min_linked_stems = 4;
+
+/// How every map asks at first, whatever others find.
+inline link_question first_question(double max_log10_nfa) {
+  return {link_tolerances[0], false, max_log10_nfa};
+}
+
 /// Links of all maps: at first by triangles that hardly differ, of which few are alike at random; maps that
-/// found few links ask again with ever coarser ones.
+/// found few links ask again with ever coarser ones. `known`: the answers that some maps have to the first
+/// question, ordered by map.
 inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, double max_log10_nfa,
-                                           std::size_t& tried, const execution& exec) {
-  constexpr double tolerances[] = {0.03, 0.06, 0.12};  // [m]
-  constexpr std::size_t enough = 3, min_stems = 4;     // links, of which two may be wrong
-  const overlap_index index(maps, 2 * tolerances[0], exec);
+                                           std::vector<map_links>&& known, std::size_t& tried,
+                                           const execution& exec) {
+  constexpr std::size_t enough = 3;  // links, of which two may be wrong
+  const overlap_index index(maps, overlap_cell, exec);
   std::vector<survey_link> links;
   std::vector<std::size_t> count(maps.size());
-  for (const double tolerance : tolerances) {
-    std::vector<std::size_t> asking;
-    for (std::size_t m = 0; m < maps.size(); ++m)
-      if (count[m] < enough && maps[m].stems.size() >= min_stems) asking.push_back(m);
-    add_links(maps, index, asking, {tolerance, tolerance > tolerances[0], max_log10_nfa}, links, tried, exec);
+  const auto by_map = [](const map_links& a, const map_links& b) { return a.map < b.map; };
+  for (const double tolerance : link_tolerances) {
+    const bool is_first = tolerance == link_tolerances[0];
+    std::vector<std::uint32_t> asking;
+    for (std::uint32_t m = 0; m < maps.size(); ++m)
+      if (count[m] < enough && maps[m].stems.size() >= min_linked_stems &&
+          !std::binary_search(known.begin(), known.end(), map_links{m}, by_map))
+        asking.push_back(m);
+    auto found = ask_maps(
+        maps, index, asking,
+        is_first ? first_question(max_log10_nfa) : link_question{tolerance, true, max_log10_nfa}, exec);
+    std::move(known.begin(), known.end(), std::back_inserter(found));
+    known.clear();
+    std::sort(found.begin(), found.end(), by_map);
+    add_links(std::move(found), links, tried);
     use_supported_links(links, maps.size(), max_log10_nfa);
     count = count_links(links, maps.size());
   }

@@ -1,11 +1,13 @@
 // The survey composed: find overlaps and links, place maps by them, adjust with trees as landmarks.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -16,12 +18,15 @@
 #include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/map_links.hpp"
+#include "globalmatch/detail/survey/overlap_index.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/positions.hpp"
+#include "globalmatch/survey_matches.hpp"
 #include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
@@ -77,14 +82,58 @@ inline void describe(survey& result, const local_survey& s) {
   describe_trees(result, s);
 }
 
-GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets, const survey_options& options,
-                                             const execution& exec, build_mode) {
+/// What matches hold for these maps, ordered by map, each once.
+inline std::vector<map_links> known_links(std::span<const survey_matches> matches,
+                                          std::span<const prepared_stems> maps, double max_log10_nfa) {
+  std::vector<map_links> known;
+  if (matches.empty()) return known;
+  const std::uint64_t fingerprint = fingerprint_of(maps, max_log10_nfa);
+  std::vector<bool> is_known(maps.size(), false);
+  for (const survey_matches& m : matches) {
+    if (m.fingerprint != fingerprint || m.maps.size() != m.links.size())
+      throw std::invalid_argument("matches: they are of other maps, or of other options");
+    for (std::size_t i = 0; i < m.maps.size(); ++i) {
+      if (m.maps[i] >= maps.size()) throw std::invalid_argument("matches: there is no map of that number");
+      if (is_known[m.maps[i]]) continue;
+      is_known[m.maps[i]] = true;
+      known.push_back(map_links_of(m.maps[i], m.links[i], maps));
+    }
+  }
+  std::sort(known.begin(), known.end(), [](const auto& a, const auto& b) { return a.map < b.map; });
+  return known;
+}
+
+GLOBALMATCH_INLINE survey_matches match_positions_of_part(std::vector<position_set> sets,
+                                                          const survey_matches::part& part,
+                                                          const survey_options& options,
+                                                          const execution& exec, build_mode) {
+  const parallel_scope scope(exec, "survey");
+  const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
+  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
+  std::vector<std::uint32_t> asking;
+  for (std::size_t m = part.number; m < maps.size(); m += part.count)
+    if (maps[m].stems.size() >= min_linked_stems) asking.push_back(std::uint32_t(m));
+  survey_matches matches;
+  matches.fingerprint = fingerprint_of(maps, max_log10_nfa);
+  const overlap_index index(maps, overlap_cell, exec);
+  for (const map_links& found : ask_maps(maps, index, asking, first_question(max_log10_nfa), exec)) {
+    matches.maps.push_back(found.map);
+    matches.links.push_back(bytes_of(found));
+  }
+  return matches;
+}
+
+GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
+                                             std::span<const survey_matches> matches,
+                                             const survey_options& options, const execution& exec,
+                                             build_mode) {
   constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   const parallel_scope scope(exec, "survey");
   const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
+  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
   survey result;
   std::vector<survey_link> links =
-      find_links(maps, max_log10_nfa_of_survey(options, maps.size()), result.candidates, exec);
+      find_links(maps, max_log10_nfa, known_links(matches, maps, max_log10_nfa), result.candidates, exec);
   report_progress(exec, "adjustment", 0);
   describe(result, solve_links(maps, std::move(links), options.reference.value_or(none)));
   return result;

@@ -1,0 +1,19 @@
+// What every run of a program records of itself in JSON, beside its results.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include <string>
+#include <vector>
+
+#include "support/reports.hpp"
+
+namespace globalmatch::support {
+
+/// `seconds` and `stages` so far; `globalmatch{version,commit,compiler,processor}`, null where it is not
+/// known; `command` as it was given, and `options` with the values that are used, also of those not given.
+nlohmann::ordered_json describe_run(const CLI::App& app, const std::vector<std::string>& command,
+                                    stage_clock& clock);
+
+}  // namespace globalmatch::support

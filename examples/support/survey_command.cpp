@@ -1,0 +1,72 @@
+#include "support/survey_command.hpp"
+
+#include <stdexcept>
+
+#include "support/atomic_file.hpp"
+#include "support/scan_sets.hpp"
+#include "support/scan_writer.hpp"
+#include "support/survey_inputs.hpp"
+
+namespace globalmatch::support {
+
+void survey_command::add_to(CLI::App& app) {
+  auto* scans_given =
+      app.add_option("SCAN", scans, "scans, or folders of them; name#K: scan K of a file of several");
+  auto* stem_maps_given = app.add_option("--stem-maps", stem_maps, "stem maps (CSV) in place of scans")
+                              ->excludes(scans_given)
+                              ->type_name("CSV");
+  app.add_option("--out-dir", out_dir,
+                 "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/, matches/")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--fix", fix, "a scan whose matrix survey_from_scan is known")->type_name("NAME=T.txt");
+  auto* one_stage =
+      app.add_option(
+             "--only", only,
+             "one stage: map the scans, match a part of their maps, or solve: all the rest, also what "
+             "is missing of the others")
+          ->check(CLI::IsMember({"map", "match", "solve"}));
+  app.add_option("--part", part, "of --only map or match: every N-th scan, to share them out over machines")
+      ->needs(one_stage)
+      ->type_name("I/N");
+  auto* write = app.add_option("--write", write_folder, "each placed scan in the survey's frame")
+                    ->excludes(stem_maps_given)
+                    ->type_name("FOLDER");
+  app.add_option("--write-as", write_format, "their format, in place of that of each scan")
+      ->check(CLI::IsMember({"ply", "las", "laz"}))
+      ->needs(write);
+  auto* merge = app.add_option("--merge", merged, "all placed scans in one file: .ply, .las or .laz")
+                    ->excludes(stem_maps_given)
+                    ->type_name("FILE");
+  app.add_option("--voxel", voxel, "edge of the voxels [m], of each of which the first point is merged")
+      ->check(CLI::PositiveNumber)
+      ->needs(merge)
+      ->type_name("M")
+      ->capture_default_str();
+  app.add_option("--report", picture, "drawing of scans, links and trees (SVG)")->type_name("FILE");
+  options.add_mapping_to(app);
+  options.add_execution_to(app);
+}
+
+void survey_command::require_consistent() const {
+  if (scans.empty() && stem_maps.empty())
+    throw std::invalid_argument("SCAN: name scans, a folder of them, or --stem-maps");
+  parse_part(part);
+  if (only == "solve" && !part.empty())
+    throw std::invalid_argument("--part " + part + ": to solve is one piece of work; leave it out");
+  if (!merged.empty()) require_scan_format(merged);
+}
+
+void survey_command::prepare_folder() const {
+  make_folder(out_dir);
+  for (const char* folder : {".", "hashes", "maps", "matches"}) remove_abandoned(out_dir / folder);
+  if (!write_folder.empty()) remove_abandoned(write_folder);
+  for (const auto& file : {merged, picture, options.json})
+    if (!file.empty()) remove_abandoned(std::filesystem::absolute(file).parent_path());
+}
+
+std::vector<std::filesystem::path> survey_command::inputs() const {
+  return scans.empty() ? stem_maps : find_scans(scans, options.tiles);
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,80 @@
+#include "support/survey_scans.hpp"
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include "support/atomic_file.hpp"
+#include "support/file_error.hpp"
+#include "support/scan_writer.hpp"
+#include "support/scans_on_demand.hpp"
+#include "support/voxel_thinning.hpp"
+
+namespace globalmatch::support {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// Okabe and Ito's colours, which are distinct with any colour vision, over and over.
+rgb colour_of(std::size_t scan) {
+  constexpr std::array<rgb, 7> colours = {{{0, 114, 178},
+                                           {230, 159, 0},
+                                           {0, 158, 115},
+                                           {204, 121, 167},
+                                           {86, 180, 233},
+                                           {213, 94, 0},
+                                           {240, 228, 66}}};
+  return colours[scan % colours.size()];
+}
+
+/// A format that a scan is written in: that of the option, or of the scan, or PLY, which all programs read.
+std::string extension_for(const scan_header& header, const std::string& asked) {
+  if (!asked.empty()) return "." + asked;
+  if (!header.las) return ".ply";
+  return header.format.starts_with("LAS") ? ".las" : ".laz";
+}
+
+/// Throws `file_error` where a scan would be replaced by what is read from it.
+void require_other_file(const fs::path& path, const survey_work& work) {
+  std::error_code absent;
+  for (const survey_input& input : work.kept)
+    if (fs::equivalent(path, parse_scan_name(input.path).path, absent))
+      throw file_error(path, "is one of the scans", "Name another folder or file to write");
+}
+
+}  // namespace
+
+void write_placed_scans(const survey_work& work, const survey_command& command, const survey& result) {
+  if (command.write_folder.empty() && command.merged.empty()) return;
+  scan_options reading = command.options.for_reading();
+  reading.attributes = true;
+  const auto opener = std::make_shared<scan_opener>(reading);
+  std::deque<scan_file> scans;  // where they stay
+  std::vector<placed_scan> placed;
+  if (!command.write_folder.empty()) make_folder(command.write_folder);
+  for (std::size_t m = 0; m < work.kept.size(); ++m) {
+    const survey::scan& scan = result.scans[m];
+    if (scan.component != 0) continue;
+    scans.push_back(open_on_demand(work.kept[m].path, opener));
+    placed.push_back({&scans.back(), scan.survey_from_scan, colour_of(placed.size())});
+    if (command.write_folder.empty()) continue;
+    const fs::path path =
+        command.write_folder / (work.names[m] + extension_for(scans.back().header(), command.write_format));
+    require_other_file(path, work);
+    write_scans(path, {&placed.back(), 1}, command.options.threads);
+  }
+  if (command.merged.empty() || placed.empty()) return;
+  require_other_file(command.merged, work);
+  const auto kept = first_in_voxels(placed, command.voxel, command.options.threads);
+  for (std::size_t s = 0; s < placed.size(); ++s) {
+    scans.push_back(with_points(*placed[s].scan, kept[s]));
+    placed[s].scan = &scans.back();
+  }
+  write_scans(command.merged, placed, command.options.threads);
+}
+
+}  // namespace globalmatch::support
