@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # Counts the distinct names declared directly in namespace globalmatch (inline namespaces are looked through;
-# members, enumerators, operators and redeclarations do not count). Fails above 98 (90; the prior, its
-# deviation and the scale; five of surveys and of stem map files); -v lists them by header.
+# members, enumerators, operators and redeclarations do not count). Fails above 107 (90; the prior, its
+# deviation and the scale; five of surveys and of stem map files; nine of the refinement of surveys); -v lists them by header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - "${1:-}" <<'P'
 import glob, re, sys
-limit, names = 98, {}
+limit, names = 107, {}
 
 def declare(head, path):
     head = ' '.join(re.sub(r'\[\[.*?\]\]', ' ', head).split())
