@@ -1,5 +1,5 @@
-// Registers any number of scans, in no order, into one frame: maps each, links those whose stems agree, and
-// adjusts all together.
+// Registers any number of scans, in no order, into one frame: maps each, links those whose stems agree,
+// adjusts all together, and refines them by samples of ground and stems.
 #include <globalmatch/survey.hpp>
 
 #include "support/atomic_file.hpp"
@@ -10,6 +10,7 @@
 #include "support/survey_inputs.hpp"
 #include "support/survey_maps.hpp"
 #include "support/survey_picture.hpp"
+#include "support/survey_refinement.hpp"
 #include "support/transform_files.hpp"
 
 #include <algorithm>
@@ -63,17 +64,20 @@ std::optional<std::size_t> index_of(const std::vector<std::string>& names, const
   return std::size_t(found - names.begin());
 }
 
-/// Registers, writes all results, and returns the exit status.
+/// Registers, writes all results, and returns the exit status. `refinement`: null for maps without samples.
 int register_and_write(survey_work& work, const fs::path& out_dir, const fs::path& picture,
-                       const std::optional<fixed_scan>& fixed, support::stage_clock& clock,
-                       const execution& exec) {
-  survey_options options{.reference = index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
+                       const std::optional<fixed_scan>& fixed, const support::shared_options* refinement,
+                       support::stage_clock& clock, const execution& exec) {
+  survey_options options{.reference =
+                             index_of(work.names, support::recorded_reference(out_dir / "survey.json"))};
   if (fixed) {
     options.reference = index_of(work.names, fixed->name);
     if (!options.reference)
       throw std::invalid_argument("--fix " + fixed->name + ": no scan of that name was mapped");
   }
   survey result = register_survey(work.maps, options, exec);
+  nlohmann::ordered_json refined;
+  if (refinement) refined = support::refine(result, work.names, out_dir, *refinement, exec);
   clock.leave();
   const std::string reference =
       options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
@@ -82,6 +86,7 @@ int register_and_write(survey_work& work, const fs::path& out_dir, const fs::pat
   support::fill_statuses(work.rows, result);
   auto report = support::describe(work.rows, result);
   report["reference"] = reference;
+  report["refinement"] = refined;
   report["stages"] = clock.stages();
   if (!picture.empty()) support::write_survey_picture(picture, work.rows, work.names, result);
   support::write_survey(out_dir, work.rows, work.names, result, report);
@@ -116,6 +121,7 @@ int main(int argc, char** argv) {
       ->type_name("I/N");
   app.add_option("--report", picture, "drawing of scans, links and trees (SVG)")->type_name("FILE");
   options.add_mapping_to(app);
+  options.add_icp_to(app);
   options.add_threads_to(app);
 
   return support::run_program(app, argc, argv, [&] {
@@ -136,7 +142,9 @@ int main(int argc, char** argv) {
       const support::survey_mapper mapper(out_dir / "maps", options);
       for (const support::survey_input& input : inputs) work.add(input, mapper.map(input, exec));
     }
-    if (only != "map") return register_and_write(work, out_dir, picture, fixed, clock, exec);
+    if (only != "map")
+      return register_and_write(work, out_dir, picture, fixed, scans.empty() ? nullptr : &options, clock,
+                                exec);
     return int(work.maps.empty() && !inputs.empty() ? support::unusable_input : support::done);
   });
 }
