@@ -102,7 +102,7 @@ TEST_CASE("maps that nothing determines are not adjusted") {
   CHECK_FALSE(adjustment.adjust(poses));
 }
 
-TEST_CASE("heights follow differences, but wrong ones, with calibrated variances") {
+TEST_CASE("heights follow differences between maps, but wrong ones, with calibrated variances") {
   constexpr int surveys = 100;
   constexpr double sigma = 0.002;
   double squares = 0;
@@ -110,14 +110,14 @@ TEST_CASE("heights follow differences, but wrong ones, with calibrated variances
     random_source random(std::uint64_t(survey + 1));
     std::vector<double> truth(9);
     for (std::size_t m = 1; m < 9; ++m) truth[m] = scenes::uniform(random, -0.5, 0.5);
-    std::vector<height_difference> differences;
+    std::vector<measured_difference> differences;
     for (std::uint32_t a = 0; a < 9; ++a)
       for (std::uint32_t b = a + 1; b < std::min(a + 5, 9u); ++b)
         differences.push_back({a, b, truth[a] - truth[b] + sigma * random.normal(), sigma * sigma});
-    for (const std::size_t wrong : {3u, 11u}) differences[wrong].raise += 0.4;
+    for (const std::size_t wrong : {3u, 11u}) differences[wrong].change += 0.4;
     const unknown_poses unknowns(9, [](std::size_t m) { return m == 0; });
     std::vector<double> heights(9, 0);
-    const auto variances = adjust_heights(differences, unknowns, heights);
+    const auto variances = adjust_differences(differences, unknowns, heights);
     REQUIRE(variances.size() == 8);
     CHECK(heights[0] == 0);
     for (std::size_t m = 1; m < 9; ++m) {

@@ -220,6 +220,38 @@ TEST_CASE("a scan without ground keeps an unknown height, and the others have th
   CHECK(errors.height < 0.002);
 }
 
+TEST_CASE("scans whose verticals are those of stems are turned about all axes") {
+  random_source random(12);
+  surveyed_stand stand(5, random);
+  for (std::size_t m = 1; m < 5; ++m) {  // off their verticals by some tenths of a degree
+    const Eigen::Isometry3d tilt(
+        Eigen::AngleAxisd(0.004, Eigen::Vector3d(random.normal(), random.normal(), 0).normalized()));
+    stem_map& map = stand.maps[m];
+    Eigen::Vector3d center = Eigen::Vector3d::Zero();
+    for (const stem& t : map.stems) center += t.position / double(map.stems.size());
+    const Eigen::Isometry3d turn = Eigen::Translation3d(center) * tilt * Eigen::Translation3d(-center);
+    for (stem& t : map.stems) t.position = turn * t.position;
+    for (auto* samples : {&map.stem_samples, &map.ground_samples}) *samples = scenes::moved(turn, *samples);
+    stand.scan_from_stand[m] = turn * stand.scan_from_stand[m];
+    map.up_by_stems = true;
+  }
+  survey s = register_survey(stand.maps, {.reference = 0});
+  const auto max_corner_error = [&] {
+    double largest = 0;
+    for (std::size_t m = 1; m < 5; ++m)
+      for (const stem& t : stand.maps[m].stems)
+        largest =
+            std::max(largest, (s.scans[m].survey_from_scan * t.position -
+                               stand.scan_from_stand[0] * stand.scan_from_stand[m].inverse() * t.position)
+                                  .norm());
+    return largest;
+  };
+  CHECK(max_corner_error() > 0.04);
+  const auto pairs = refine_survey(s, stand.loader());
+  for (const refined_pair& p : pairs) CHECK(p.tilt_sigma > 0);
+  CHECK(max_corner_error() < 0.006);
+}
+
 TEST_CASE("a height that the stems do not determine is that of the ground") {
   random_source random(7);
   surveyed_stand stand(4, random);

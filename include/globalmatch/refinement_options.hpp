@@ -43,9 +43,11 @@ struct refined_pair {
   transform_uncertainty uncertainty = {};
   bool is_refined = false;         ///< shift and turn in plan are those of ICP
   bool is_height_refined = false;  ///< the height is that of the ground that both see
-  std::size_t samples = 0;         ///< pairs of samples in the last iteration of ICP
-  double rms = 0;                  ///< [m] of these pairs
-  std::string reason = {};         ///< why something was not refined; empty where all was
+  /// [rad] About any horizontal axis, where ICP turned freely because a vertical is that of stems; else 0.
+  double tilt_sigma = 0;
+  std::size_t samples = 0;  ///< pairs of samples in the last iteration of ICP
+  double rms = 0;           ///< [m] of these pairs
+  std::string reason = {};  ///< why something was not refined; empty where all was
   /// A text of the caller's, by which it knows whether this is still that of its maps and options.
   std::string provenance = {};
 };

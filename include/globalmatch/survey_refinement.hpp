@@ -53,10 +53,11 @@ inline refined_pair refine_pair(const stem_map& source, const stem_map& target, 
 }
 
 /// Adjusts all poses of the survey to its refined pairs and, in plan, to its trees as well; updates heights,
-/// uncertainties, trees, and the residuals of links. References keep their poses. Pairs that disagree with
-/// others lose their weight. A scan that no pair connects with a reference stays as it is. Throws
-/// `std::invalid_argument` for pairs of other scans than those that were placed. Cost: that of the adjustment
-/// to trees.
+/// uncertainties, trees, and the residuals of links. Where ICP turned freely scans are turned about all axes:
+/// verticals that are those of stems are good to some tenths of a degree. References keep their poses. Pairs
+/// that disagree with others lose their weight. A scan that no pair connects with a reference stays as it is.
+/// Throws `std::invalid_argument` for pairs of other scans than those that were placed. Cost: that of the
+/// adjustment to trees.
 inline void apply_refinements(survey& s, const std::vector<refined_pair>& pairs) {
   detail::adjust_to_refinements(s, pairs);
 }

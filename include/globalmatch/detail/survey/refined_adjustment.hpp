@@ -170,36 +170,38 @@ class refined_plan_adjustment {
   block_system<3> system_;
 };
 
-/// By how much [m] the source must be raised against the target, from the start on.
-struct height_difference {
+/// By how much a value of the source, a height [m] or a tilt [rad], is to be changed against that of the
+/// target.
+struct measured_difference {
   std::uint32_t source = 0, target = 0;
-  double raise = 0, variance = 0;  ///< [m] [m^2]
+  double change = 0, variance = 0;
 };
 
-/// Heights of maps adjusted to differences between them, which connect every unknown one with a fixed one.
-/// Returns the variances [m^2] of the unknown ones, in their order.
-inline std::vector<double> adjust_heights(std::span<const height_difference> differences,
-                                          const unknown_poses& unknowns, std::span<double> heights) {
+/// Values of maps adjusted to differences between them, which connect every unknown one with a fixed one.
+/// Returns the variances of the unknown ones, in their order; nothing where they are not determined.
+inline std::vector<double> adjust_differences(std::span<const measured_difference> differences,
+                                              const unknown_poses& unknowns, std::span<double> values) {
   constexpr int max_iterations = 50;
-  constexpr double converged = 1e-6, median_of_chi_squared = 0.4549;  // [m]; of one degree of freedom
+  constexpr double converged = 1e-6, median_of_chi_squared = 0.4549;  // [m, rad]; of one degree of freedom
   using scalar = block_system<1>::block;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> connected;
-  for (const height_difference& d : differences)
+  for (const measured_difference& d : differences)
     if (const std::uint32_t s = unknowns.of[d.source], t = unknowns.of[d.target];
         s != unknown_poses::fixed && t != unknown_poses::fixed)
       connected.emplace_back(s, t);
   block_system<1> system(unknowns.count, std::move(connected));
   graduated_weights weights(median_of_chi_squared);
-  const auto residual = [&](const height_difference& d) {
-    return heights[d.source] - heights[d.target] - d.raise;
+  const auto residual = [&](const measured_difference& d) {
+    return values[d.source] - values[d.target] - d.change;
   };
   for (int iteration = 0; iteration < max_iterations && unknowns.count > 0; ++iteration) {
     std::vector<double> squares;
-    for (const height_difference& d : differences) squares.push_back(residual(d) * residual(d) / d.variance);
+    for (const measured_difference& d : differences)
+      squares.push_back(residual(d) * residual(d) / d.variance);
     weights.update(squares);
     system.set_zero();
     for (std::size_t i = 0; i < differences.size(); ++i) {
-      const height_difference& d = differences[i];
+      const measured_difference& d = differences[i];
       const std::uint32_t s = unknowns.of[d.source], t = unknowns.of[d.target];
       const double information = weights.factor(i) / d.variance;
       const auto add = [&](std::uint32_t own, double sign) {
@@ -213,8 +215,8 @@ inline std::vector<double> adjust_heights(std::span<const height_difference> dif
     }
     if (!system.factorize()) return {};
     const Eigen::VectorXd change = system.solve();
-    for (std::size_t m = 0; m < heights.size(); ++m)
-      if (unknowns.of[m] != unknown_poses::fixed) heights[m] += change[Eigen::Index(unknowns.of[m])];
+    for (std::size_t m = 0; m < values.size(); ++m)
+      if (unknowns.of[m] != unknown_poses::fixed) values[m] += change[Eigen::Index(unknowns.of[m])];
     if (change.cwiseAbs().maxCoeff() < converged && weights.is_last()) break;
   }
   std::vector<double> variances;

@@ -52,12 +52,12 @@ void serialize(Archive& archive, V& value) {
 
 template <class Archive, either_const<refined_pair> V>
 void serialize(Archive& archive, V& value) {
-  auto& [start, target_from_source, uncertainty, is_refined, is_height_refined, samples, rms, reason,
-         provenance] = value;
+  auto& [start, target_from_source, uncertainty, is_refined, is_height_refined, tilt_sigma, samples, rms,
+         reason, provenance] = value;
   archive(start);
   serialize_transform(archive, target_from_source);
   serialize_uncertainty(archive, uncertainty);
-  archive(is_refined, is_height_refined, rms, reason, provenance);
+  archive(is_refined, is_height_refined, tilt_sigma, rms, reason, provenance);
   archive.count(samples);
 }
 

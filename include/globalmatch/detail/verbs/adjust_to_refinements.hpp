@@ -48,6 +48,7 @@ struct levelled_survey {
   std::vector<std::uint8_t> plan_held, height_held;  ///< what others refer to
   std::vector<plan_pose> start, poses;               ///< of frames about the centers
   std::vector<double> raise;                         ///< [m]
+  std::vector<vec3> tilts;  ///< [rad] by which each was turned about its center before
 
   explicit levelled_survey(const survey& s) {
     constexpr double min_variance = 1e-20;  // [m^2] rounding leaves of none
@@ -65,15 +66,15 @@ struct levelled_survey {
     }
     poses = start;
     raise.assign(s.scans.size(), 0);
+    tilts.resize(s.scans.size());
   }
 
   bool is_moved(std::size_t scan) const {
-    return raise[scan] != 0 || poses[scan].yaw != start[scan].yaw ||
+    return tilts[scan].squared_norm() > 0 || raise[scan] != 0 || poses[scan].yaw != start[scan].yaw ||
            !(poses[scan].shift == start[scan].shift);
   }
   /// From where the adjustment finds a scan to where it places it, in the frame of the survey.
   Eigen::Isometry3d change_of(std::size_t scan) const {
-    if (!is_moved(scan)) return Eigen::Isometry3d::Identity();
     const rigid back{mat3::identity(), -centers[scan]},
         forth = in_space(poses[scan], centers[scan].z + raise[scan]);
     return level_from_survey[scan].inverse() * to_eigen(forth * back) * level_from_survey[scan];
@@ -83,7 +84,8 @@ struct levelled_survey {
 /// What a refined pair says, along the levelled axes of the survey.
 struct levelled_pair {
   survey_link link;
-  height_difference height;
+  measured_difference height;
+  vec3 turn;  ///< [rad] of the source against the target
 
   levelled_pair(const refined_pair& pair, const survey& s, const levelled_survey& levelled) {
     const std::size_t source = pair.start.source, target = pair.start.target;
@@ -102,7 +104,9 @@ struct levelled_pair {
     const int of[3] = {0, 1, 3};
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) link.covariance(r, c) = u.covariance(of[r], of[c]);
-    height.raise = center.z - before.z;
+    const mat3& r = moved.rotation;
+    turn = 0.5 * vec3{r(2, 1) - r(1, 2), r(0, 2) - r(2, 0), r(1, 0) - r(0, 1)};
+    height.change = center.z - before.z;
     height.variance = u.covariance(2, 2);
   }
 };
@@ -129,6 +133,55 @@ class adjusted_maps {
  private:
   std::vector<std::uint8_t> is_adjusted_;
 };
+
+/// Turns scans about their centers to where ICP found their verticals to agree. Pairs in which it did not
+/// turn freely are of scans that are level, but for what a compensator leaves.
+inline void adjust_tilts(survey& s, std::span<const refined_pair> refined, levelled_survey& levelled) {
+  constexpr double level_sigma = 5e-4;  // [rad] a thirtieth of a degree
+  if (std::none_of(refined.begin(), refined.end(), [](const auto& p) { return p.tilt_sigma > 0; })) return;
+  disjoint_sets connected(s.scans.size());
+  std::vector<measured_difference> about_x, about_y;
+  for (const refined_pair& p : refined) {
+    if (!p.is_refined) continue;
+    const levelled_pair pair(p, s, levelled);
+    const bool is_free = p.tilt_sigma > 0;
+    measured_difference difference = pair.height;
+    difference.variance = is_free ? p.tilt_sigma * p.tilt_sigma : level_sigma * level_sigma;
+    difference.change = is_free ? pair.turn.x : 0;
+    about_x.push_back(difference);
+    difference.change = is_free ? pair.turn.y : 0;
+    about_y.push_back(difference);
+    connected.join(difference.source, difference.target);
+  }
+  const adjusted_maps adjusted(levelled.plan_held, connected);
+  const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
+  std::vector<double> x(s.scans.size(), 0), y = x;
+  if (adjust_differences(about_x, unknowns, x).empty() || adjust_differences(about_y, unknowns, y).empty())
+    return;
+  for (std::size_t m = 0; m < s.scans.size(); ++m) {
+    if (!adjusted(m)) continue;
+    levelled.tilts[m] = {x[m], y[m], 0};
+    const double angle = levelled.tilts[m].norm();
+    if (!(angle > 0)) continue;
+    const rigid back{mat3::identity(), -levelled.centers[m]},
+        turned{rotation_about(levelled.tilts[m] / angle, angle), levelled.centers[m]};
+    const Eigen::Isometry3d& level = levelled.level_from_survey[m];
+    s.scans[m].survey_from_scan =
+        level.inverse() * to_eigen(turned * back) * level * s.scans[m].survey_from_scan;
+  }
+}
+
+/// Standard deviation [m] of stems in plan, with what tilts that were not known have done to them.
+inline double stem_sigma_of(const survey& s, const levelled_survey& levelled) {
+  double squares = 0, count = 0;
+  for (const survey::tree& t : s.trees)
+    for (const survey::observation& o : t.seen) {
+      const vec3 place = from_eigen(Eigen::Vector3d(levelled.level_from_survey[o.scan] * t.position));
+      squares += levelled.tilts[o.scan].cross(place - levelled.centers[o.scan]).xy().squared_norm() / 2;
+      ++count;
+    }
+  return std::sqrt(s.stem_sigma * s.stem_sigma + squares / std::max(1.0, count));
+}
 
 /// The trees that more than one scan sees, as observations of maps.
 inline seen_trees levelled_trees(const survey& s, const levelled_survey& levelled) {
@@ -164,7 +217,7 @@ inline void adjust_shifts_and_turns(const survey& s, std::span<const refined_pai
   const adjusted_maps adjusted(levelled.plan_held, connected);
   const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
   const seen_trees trees = levelled_trees(s, levelled);
-  refined_plan_adjustment adjustment(levelled.start, trees, s.stem_sigma, pairs, unknowns);
+  refined_plan_adjustment adjustment(levelled.start, trees, stem_sigma_of(s, levelled), pairs, unknowns);
   std::vector<plan_pose> poses = levelled.start;
   if (!adjustment.adjust(poses)) return;
   levelled.poses = std::move(poses);
@@ -181,7 +234,7 @@ inline void adjust_in_height(survey& s, std::span<const refined_pair> refined,
                              std::span<const levelled_pair> levelled_pairs, levelled_survey& levelled,
                              levelled_uncertainties& uncertainties) {
   disjoint_sets connected(s.scans.size());
-  std::vector<height_difference> differences;
+  std::vector<measured_difference> differences;
   for (std::size_t i = 0; i < refined.size(); ++i)
     if (refined[i].is_height_refined || refined[i].start.is_height_known) {
       differences.push_back(levelled_pairs[i].height);
@@ -189,10 +242,10 @@ inline void adjust_in_height(survey& s, std::span<const refined_pair> refined,
     }
   const adjusted_maps adjusted(levelled.height_held, connected);
   std::erase_if(differences,
-                [&](const height_difference& d) { return !adjusted(d.source) && !adjusted(d.target); });
+                [&](const measured_difference& d) { return !adjusted(d.source) && !adjusted(d.target); });
   const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
   std::vector<double> raise = levelled.raise;
-  const std::vector<double> variances = adjust_heights(differences, unknowns, raise);
+  const std::vector<double> variances = adjust_differences(differences, unknowns, raise);
   if (variances.empty()) return;
   levelled.raise = std::move(raise);
   for (std::size_t m = 0; m < s.scans.size(); ++m) {
@@ -266,20 +319,21 @@ GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const re
   require_placed(result, refined);
   const survey before = result;
   levelled_survey levelled(before);
+  adjust_tilts(result, refined, levelled);
   std::vector<levelled_pair> pairs;
-  for (const refined_pair& p : refined) pairs.emplace_back(p, before, levelled);
+  for (const refined_pair& p : refined) pairs.emplace_back(p, result, levelled);
   levelled_uncertainties uncertainties(before.scans.size());
   for (std::size_t m = 0; m < before.scans.size(); ++m)
     if (before.scans[m].uncertainty)
       uncertainties[m] = in_frame(*before.scans[m].uncertainty, levelled.level_from_survey[m]);
   adjust_shifts_and_turns(before, refined, pairs, levelled, uncertainties);
   adjust_in_height(result, refined, pairs, levelled, uncertainties);
-  std::vector<Eigen::Isometry3d> changes;
+  std::vector<Eigen::Isometry3d> changes(before.scans.size(), Eigen::Isometry3d::Identity());
   for (std::size_t m = 0; m < before.scans.size(); ++m) {
     survey::scan& scan = result.scans[m];
-    changes.push_back(levelled.change_of(m));
     if (!levelled.is_moved(m)) continue;
-    scan.survey_from_scan = changes[m] * scan.survey_from_scan;
+    scan.survey_from_scan = levelled.change_of(m) * scan.survey_from_scan;
+    changes[m] = scan.survey_from_scan * before.scans[m].survey_from_scan.inverse();
     uncertainties[m].center = to_eigen(levelled.centers[m] + vec3{0, 0, levelled.raise[m]});
     uncertainties[m].center.head<2>() = to_eigen(levelled.poses[m].shift);
     scan.uncertainty = in_frame(uncertainties[m], levelled.level_from_survey[m].inverse());

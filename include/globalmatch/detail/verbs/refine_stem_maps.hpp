@@ -91,6 +91,9 @@ inline void refine_shift_and_turn(const stem_map& source, const stem_map& target
   pair.target_from_source = icp.target_from_source;
   pair.uncertainty = uncertainty;
   pair.is_refined = true;
+  if (found.covariance.size == 6)
+    pair.tilt_sigma =
+        std::hypot(shared_yaw_sigma, std::sqrt((found.covariance(3, 3) + found.covariance(4, 4)) / 2));
   pair.samples = icp.pairs;
   pair.rms = icp.rms;
 }
