@@ -23,7 +23,7 @@ icp_surface surface_of(const positions& source, const positions& target, const i
   icp_samples samples;
   for (const Eigen::Vector3d& p : source) samples.source.push_back(from_eigen(p));
   for (const Eigen::Vector3d& p : target) samples.target.push_back(from_eigen(p));
-  return icp_surface(std::move(samples), {0, 0, 0}, options, {});
+  return icp_surface(std::move(samples), {0, 0, 0}, options);
 }
 
 positions grid_of_samples(double height, double step) {
@@ -37,11 +37,11 @@ positions grid_of_samples(double height, double step) {
 
 TEST_CASE("how far the pairs of a layer lie off their planes does not change the weights of another") {
   const icp_options options{.metric = icp_metric::point_to_plane};
-  const icp_surface rough = surface_of(grid_of_samples(0, 0.03), grid_of_samples(0, 0), options),
-                    smooth = surface_of(grid_of_samples(5, 0.001), grid_of_samples(5, 0), options);
+  icp_surface rough = surface_of(grid_of_samples(0, 0.03), grid_of_samples(0, 0), options),
+              smooth = surface_of(grid_of_samples(5, 0.001), grid_of_samples(5, 0), options);
   for (const auto& layers : {std::array{&rough, &smooth}, std::array{&smooth, &rough}}) {
     std::vector<icp_pair> together, apart;
-    for (const icp_surface* layer : layers) {
+    for (icp_surface* layer : layers) {
       std::vector<icp_pair> own;
       pair_nearest(*layer, rigid::identity(), {0, 0, 0}, options, {}, together);
       pair_nearest(*layer, rigid::identity(), {0, 0, 0}, options, {}, own);
@@ -59,11 +59,12 @@ TEST_CASE("pairs further apart than so many medians of their layer are dropped")
   for (std::size_t i = 0; i < source.size(); ++i)
     source[i].z() += i % 10 == 0 ? 0.25 : i % 10 == 1 ? 0.078 : i % 10 == 2 ? 0.082 : 0.02;
   std::vector<icp_pair> pairs;
-  pair_nearest(surface_of(source, target, options), rigid::identity(), {0, 0, 0}, options, {}, pairs);
+  icp_surface surface = surface_of(source, target, options);
+  pair_nearest(surface, rigid::identity(), {0, 0, 0}, options, {}, pairs);
   CHECK(pairs.size() == source.size() * 8 / 10);
   options.max_distance = 0.05;
   pairs.clear();
-  pair_nearest(surface_of(source, target, options), rigid::identity(), {0, 0, 0}, options, {}, pairs);
+  pair_nearest(surface, rigid::identity(), {0, 0, 0}, options, {}, pairs);
   CHECK(pairs.size() == source.size() * 7 / 10);
 }
 
@@ -120,7 +121,10 @@ TEST_CASE("the normal at a target sample is that of the plane around it, whereve
   positions target;
   for (const Eigen::Vector3d& p : grid_of_samples(0, 0))
     target.push_back({40 + p.x(), -30 + p.y(), 7 - (normal.x * p.x() + normal.y * p.y()) / normal.z});
-  const icp_surface surface = surface_of(target, target, {.metric = icp_metric::point_to_plane});
+  const icp_options options{.metric = icp_metric::point_to_plane};
+  icp_surface surface = surface_of(target, target, options);
+  std::vector<icp_pair> pairs;
+  pair_nearest(surface, rigid::identity(), {0, 0, 0}, options, {}, pairs);
   REQUIRE(surface.normals.size() == target.size());
   for (const vec3& n : surface.normals) CHECK(std::abs(n.dot(normal)) == Approx(1));
 }

@@ -12,6 +12,7 @@
 #include "support/survey_inputs.hpp"
 #include "support/survey_matching.hpp"
 #include "support/survey_picture.hpp"
+#include "support/survey_refinement.hpp"
 #include "support/survey_scans.hpp"
 #include "support/survey_work.hpp"
 
@@ -28,18 +29,33 @@ support::stage_lock lock_stage(const support::survey_command& command, const std
   return support::stage_lock(command.out_dir / (stage + (stage == "solve" ? "" : part) + ".lock"));
 }
 
+/// Refines a part of the pairs of scans that the maps place beside each other.
+void refine_part(const support::survey_work& work, const support::survey_command& command,
+                 const survey_options& options, const execution& exec) {
+  const auto lock = lock_stage(command, "refine");
+  const survey placed = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
+  const survey_matches::part part = support::parse_part(command.part);
+  const auto pairs = support::refine_pairs(placed, work.names, command.out_dir, command.options, exec,
+                                           part.number, part.count);
+  std::cout << support::name_of(part) << ": " << pairs.size() << " pairs refined\n";
+}
+
 /// Places the maps, writes all results, and returns what is reported of them.
 json solve_and_write(support::survey_work& work, const support::survey_command& command,
                      const support::survey_constraints& constraints, const execution& exec) {
   const auto lock = lock_stage(command, "solve");
   const survey_options options = constraints.options_for(work, command.out_dir);
   survey result = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
+  json refinement;
+  if (!command.scans.empty())
+    refinement = support::refine(result, work.names, command.out_dir, command.options, exec);
   const std::string reference =
       options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
   constraints.apply_to(result, options);
   support::fill_statuses(work.rows, result);
   json report = support::describe(work.rows, result);
   report["reference"] = reference;
+  report["refinement"] = refinement;
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, work.names, result);
   support::write_placed_scans(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
@@ -74,6 +90,8 @@ int main(int argc, char** argv) {
     if (command.only == "match") {
       const auto lock = lock_stage(command, "match");
       support::match_part(work, command, constraints.options_for(work, command.out_dir), exec);
+    } else if (command.only == "refine") {
+      refine_part(work, command, constraints.options_for(work, command.out_dir), exec);
     } else if (command.only != "map") {
       report = solve_and_write(work, command, constraints, exec);
     }

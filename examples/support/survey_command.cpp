@@ -16,17 +16,18 @@ void survey_command::add_to(CLI::App& app) {
                               ->excludes(scans_given)
                               ->type_name("CSV");
   app.add_option("--out-dir", out_dir,
-                 "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/, matches/")
+                 "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/, matches/, refined/")
       ->required()
       ->type_name("DIR");
   app.add_option("--fix", fix, "a scan whose matrix survey_from_scan is known")->type_name("NAME=T.txt");
   auto* one_stage =
       app.add_option(
              "--only", only,
-             "one stage: map the scans, match a part of their maps, or solve: all the rest, also what "
-             "is missing of the others")
-          ->check(CLI::IsMember({"map", "match", "solve"}));
-  app.add_option("--part", part, "of --only map or match: every N-th scan, to share them out over machines")
+             "one stage: map the scans, match their maps, refine pairs of scans, or solve: all the rest, "
+             "also what is missing of the others")
+          ->check(CLI::IsMember({"map", "match", "refine", "solve"}));
+  app.add_option("--part", part,
+                 "of --only map, match or refine: every N-th scan or pair, to share them out over machines")
       ->needs(one_stage)
       ->type_name("I/N");
   auto* write = app.add_option("--write", write_folder, "each placed scan in the survey's frame")
@@ -45,6 +46,7 @@ void survey_command::add_to(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--report", picture, "drawing of scans, links and trees (SVG)")->type_name("FILE");
   options.add_mapping_to(app);
+  options.add_icp_to(app);
   options.add_execution_to(app);
 }
 
@@ -54,12 +56,14 @@ void survey_command::require_consistent() const {
   parse_part(part);
   if (only == "solve" && !part.empty())
     throw std::invalid_argument("--part " + part + ": to solve is one piece of work; leave it out");
+  if (only == "refine" && scans.empty())
+    throw std::invalid_argument("--only refine: stem maps alone have nothing to refine by; name scans");
   if (!merged.empty()) require_scan_format(merged);
 }
 
 void survey_command::prepare_folder() const {
   make_folder(out_dir);
-  for (const char* folder : {".", "hashes", "maps", "matches"}) remove_abandoned(out_dir / folder);
+  for (const char* folder : {".", "hashes", "maps", "matches", "refined"}) remove_abandoned(out_dir / folder);
   if (!write_folder.empty()) remove_abandoned(write_folder);
   for (const auto& file : {merged, picture, options.json})
     if (!file.empty()) remove_abandoned(std::filesystem::absolute(file).parent_path());

@@ -105,9 +105,17 @@ survey_map survey_mapper::map(const survey_input& input, const execution& exec) 
 }
 
 stem_map survey_mapper::with_samples(const std::string& name) const {
+  return read(name, stem_map_file::parts::all).map;
+}
+
+stem_map_file::scan_record survey_mapper::record_of(const std::string& name) const {
+  return read(name, stem_map_file::parts::provenance).provenance;
+}
+
+stem_map_file survey_mapper::read(const std::string& name, stem_map_file::parts parts) const {
   std::ifstream in(file_of(name), std::ios::binary);
   try {
-    if (in) return read_stem_map(in).map;
+    if (in) return read_stem_map(in, parts);
   } catch (const std::runtime_error& e) {
     throw file_error(file_of(name), e.what(), "Remove it: the scan is then mapped again.");
   }

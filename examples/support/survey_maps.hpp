@@ -43,9 +43,13 @@ class survey_mapper {
   /// gone or damaged.
   stem_map with_samples(const std::string& name) const;
 
+  /// What that map was made of. Throws `file_error` alike.
+  stem_map_file::scan_record record_of(const std::string& name) const;
+
  private:
   std::filesystem::path file_of(const std::string& name) const { return folder_ / (name + ".gmap"); }
   std::optional<stem_map> kept(const survey_input& input) const;
+  stem_map_file read(const std::string& name, stem_map_file::parts parts) const;
   stem_map_file::scan_record record_of(const survey_input& input) const;
 
   std::filesystem::path folder_;

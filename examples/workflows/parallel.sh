@@ -7,7 +7,7 @@ set -euo pipefail
 if [ $# -lt 3 ]; then sed -n '2,5s/^# //p' "$0" >&2 && exit 2; fi
 scans=$1 out=$2 parts=$3
 shift 3
-for stage in map match; do
+for stage in map match refine; do
   seq "$parts" | parallel --quote --retries 2 --halt soon,fail=1 \
     "${REGISTER_SURVEY:-register_survey}" "$scans" --out-dir "$out" --only "$stage" --part "{}/$parts" --threads 1 "$@"
 done

@@ -9,7 +9,7 @@ scans=$1 out=$2 parts=$3
 shift 3
 survey=$(printf '%q ' "${REGISTER_SURVEY:-register_survey}" "$scans" --out-dir "$out" "$@")
 after=()
-for stage in map match; do
+for stage in map match refine; do
   job=$(sbatch --parsable --array="1-$parts" --cpus-per-task=1 "${after[@]}" --job-name="survey_$stage" \
     --wrap="$survey --only $stage --part \$SLURM_ARRAY_TASK_ID/$parts --threads 1")
   after=(--dependency="afterok:$job")

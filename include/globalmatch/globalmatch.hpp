@@ -17,5 +17,6 @@
 #include "globalmatch/stem_mapping.hpp"
 #include "globalmatch/stem_matching.hpp"
 #include "globalmatch/survey.hpp"
+#include "globalmatch/survey_refinement.hpp"
 #include "globalmatch/transform.hpp"
 #include "globalmatch/triangles.hpp"

@@ -23,9 +23,11 @@ namespace globalmatch {
 namespace detail {
 
 /// `refine_by_icp` in the internal representation. Layers that lack samples of a scan count for nothing.
+/// `uncertainty`: where it is asked for.
 GLOBALMATCH_INLINE icp_result refine_samples(std::vector<icp_samples> layers, const rigid& coarse,
                                              degrees_of_freedom dof, const icp_options& options,
-                                             const execution& exec, build_mode = {});
+                                             const execution& exec, icp_uncertainty* uncertainty = nullptr,
+                                             build_mode = {});
 
 /// The finite points of a range.
 template <point_range R>

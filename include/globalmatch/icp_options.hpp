@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "globalmatch/detail/core/small_solver.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 
 namespace globalmatch {
@@ -59,6 +60,13 @@ namespace detail {
 /// An `icp_layer` as the internals have it.
 struct icp_samples {
   std::vector<vec3> source, target, source_normals, target_normals;
+};
+
+/// Uncertainty of a fine registration, in the frame of the target.
+struct icp_uncertainty {
+  bool is_determined = false;  ///< otherwise there is none: too few places have pairs
+  vec3 center;                 ///< [m] centroid of the pairs
+  small_matrix covariance;     ///< of x, y, z [m] and the turns about `center` [rad]; 4 x 4 or 6 x 6
 };
 
 }  // namespace detail

@@ -92,6 +92,7 @@ struct survey {
   std::vector<survey::scan> scans;  ///< in the order of the maps
   std::vector<survey::link> links;  ///< ordered by source, then by target
   std::vector<survey::tree> trees;  ///< of the placed scans
+  double stem_sigma = 0;            ///< [m] of a stem of a scan, in plan, along each axis
   std::size_t components = 0;
   std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems
   bool cancelled = false;      ///< the progress callback said so; nothing else is filled

@@ -2,6 +2,7 @@
 #include <Eigen/Geometry>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -129,6 +130,52 @@ TEST_CASE("register_survey maps scans once, and goes on where a run was stopped"
     CHECK(bytes_of(directory.path() / "out" / file) == bytes_of(directory.path() / "fresh" / file));
   REQUIRE(call(directory, "register_survey", ". --out-dir out --min-quality 0.9").status == 0);
   CHECK(bytes_of(directory / "out/maps/scan_1.gmap") != kept);
+}
+
+TEST_CASE("register_survey refines scans by their samples, and no pair twice") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 0.2 --seed 6 --slope 10").status ==
+          0);
+  const auto pose = [&](int scan) {
+    return read_transform(directory / ("pose_" + std::to_string(scan) + ".txt"));
+  };
+  write_transform(directory / "F.txt", pose(1));
+  const std::string all = ". --fix scan_1=F.txt --out-dir out";
+  const auto error = [&] {
+    double largest = 0;
+    for (const int scan : {2, 3}) {
+      const Eigen::Isometry3d placed =
+          read_transform(directory / ("out/T_scan_" + std::to_string(scan) + ".txt"));
+      largest = std::max(largest, (placed.translation() - pose(scan).translation()).norm());
+    }
+    return largest;
+  };
+  REQUIRE(call(directory, "register_survey", all).status == 0);
+  CHECK(error() < 0.003);
+  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains(" of 3 pairs of scans by their stems, 3 by their ground"));
+  CHECK(nlohmann::json::parse(bytes_of(directory / "out/survey.json"))["refinement"]["pairs"] == 3);
+  const auto file = [&](int source, int target) {
+    return directory /
+           ("out/refined/scan_" + std::to_string(source) + "_on_scan_" + std::to_string(target) + ".pair");
+  };
+  std::vector<std::filesystem::path> pairs;
+  for (const int source : {1, 2, 3})
+    for (const int target : {1, 2, 3})
+      if (std::filesystem::exists(file(source, target))) pairs.push_back(file(source, target));
+  REQUIRE(pairs.size() == 3);
+  const auto poses = bytes_of(directory / "out/poses.csv"), kept = bytes_of(pairs[0]),
+             other = bytes_of(pairs[1]);
+  const auto written = std::filesystem::last_write_time(pairs[0]);
+  std::filesystem::resize_file(pairs[1], 60);  // as if it was cut off
+  REQUIRE(call(directory, "register_survey", all + " --threads 1").status == 0);
+  CHECK(std::filesystem::last_write_time(pairs[0]) == written);
+  CHECK(bytes_of(pairs[1]) == other);
+  CHECK(bytes_of(directory / "out/poses.csv") == poses);
+  REQUIRE(call(directory, "register_survey", all + " --icp none").status == 0);
+  CHECK(bytes_of(pairs[0]) != kept);
+  CHECK_THAT(bytes_of(directory / "stdout.log"),
+             Contains("refined 0 of 3 pairs of scans by their stems, 3 by"));
+  CHECK(bytes_of(directory / "out/poses.csv") != poses);
 }
 #endif
 

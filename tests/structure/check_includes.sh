@@ -7,7 +7,7 @@ python3 - <<'P'
 import glob, re, sys
 core, words, box, maps, match, verb = 'core vocabulary boxes mapping matching verbs'.split()
 public = {'points': core, 'execution': core, 'positions': core, 'stem_map': words, 'matching': words, 'mapping_options': words, 'icp_options': words,
-          'triangles': box, 'local_matching': box, 'global_matching': box, 'transform': box, 'icp': box, 'evaluation': box, 'matching_options': box, 'survey_matches': words, 'survey_options': box}
+          'triangles': box, 'local_matching': box, 'global_matching': box, 'transform': box, 'icp': box, 'evaluation': box, 'matching_options': box, 'survey_matches': words, 'survey_options': box, 'refinement_options': box}
 may = {core: [core], words: [core, words], box: [core, words, box, 'global_matching', 'icp'], maps: [core, words, box, maps], match: [core, words, box, 'global_matching', match],
        'published': [core, words, box, maps, 'published'], 'survey': [core, words, box, match, 'survey'],
        'global_matching': [core, words, box, 'global_matching'], 'icp': [core, words, 'icp'], 'stem_map_io': [core, words, 'stem_map_io'], verb: [core, words, box, maps, match, 'published', 'survey', 'global_matching', 'stem_map_io', verb]}

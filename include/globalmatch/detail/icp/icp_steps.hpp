@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,6 +18,7 @@
 #include "globalmatch/detail/core/small_solver.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/icp/icp_uncertainty.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/icp_options.hpp"
 
@@ -40,7 +42,7 @@ struct icp_surface {
   bool has_outside;               ///< the normals point outwards
   neighbor_tree<double, 3> tree;  ///< of the target
 
-  icp_surface(icp_samples&& layer, const vec3& origin, const icp_options& options, const execution& exec)
+  icp_surface(icp_samples&& layer, const vec3& origin, const icp_options& options)
       : target(std::move(layer.target)),
         normals(std::move(layer.target_normals)),
         has_outside(!normals.empty()),
@@ -50,13 +52,21 @@ struct icp_surface {
       source.push_back(layer.source[i]);
       if (has_outside) source_normals.push_back(layer.source_normals[i]);
     }
-    if (has_outside) return;
     normals.resize(target.size());
-    if (options.metric == icp_metric::point_to_plane)
-      for_each_sample(target.size(), exec, [&](std::size_t i, std::vector<neighbor<double>>& nearest) {
-        tree.nearest({target[i].x, target[i].y, target[i].z}, std::size_t(options.plane_neighbors), nearest);
-        normals[i] = normal_of(nearest);
-      });
+    has_normal_.assign(target.size(), has_outside);
+  }
+
+  /// Finds the normals at target samples that have none yet: most are near no source sample, and need none.
+  void find_normals(const std::vector<neighbor<double>>& at, std::size_t plane_neighbors,
+                    const execution& exec) {
+    std::vector<std::size_t> missing;
+    for (const neighbor<double>& n : at)
+      if (!has_normal_[n.index]) has_normal_[n.index] = true, missing.push_back(n.index);
+    for_each_sample(missing.size(), exec, [&](std::size_t i, std::vector<neighbor<double>>& nearest) {
+      const vec3& p = target[missing[i]];
+      tree.nearest({p.x, p.y, p.z}, plane_neighbors, nearest);
+      normals[missing[i]] = normal_of(nearest);
+    });
   }
 
  private:
@@ -68,14 +78,8 @@ struct icp_surface {
     for (const auto& n : samples) covariance += outer(target[n.index] - mean, target[n.index] - mean);
     return symmetric_eigen(covariance).vectors.col(0);
   }
-};
 
-/// A transformed source sample with its partner in the target, the normal there, and its weight in the fit.
-struct icp_pair {
-  vec3 transformed, target, normal;
-  double weight = 1;
-
-  double off_plane() const { return normal.dot(transformed - target); }
+  std::vector<std::uint8_t> has_normal_;
 };
 
 /// Weights, from `first` on, by how far pairs lie off their planes: Tukey's, scaled by their median. What
@@ -93,7 +97,7 @@ inline void weight_by_planes(std::vector<icp_pair>& pairs, std::size_t first) {
 
 /// Appends the pairs of one layer: each transformed source point with its nearest target sample, but those
 /// too far apart, and those that face other ways.
-inline void pair_nearest(const icp_surface& surface, const rigid& target_from_source, const vec3& origin,
+inline void pair_nearest(icp_surface& surface, const rigid& target_from_source, const vec3& origin,
                          const icp_options& options, const execution& exec, std::vector<icp_pair>& pairs) {
   constexpr double same_way = 0.5;  // cosine of 60 degrees
   const std::size_t first = pairs.size(), count = surface.source.size();
@@ -104,6 +108,8 @@ inline void pair_nearest(const icp_surface& surface, const rigid& target_from_so
     surface.tree.nearest({transformed[i].x, transformed[i].y, transformed[i].z}, 1, nearest);
     nearest_of[i] = nearest.front();
   });
+  if (options.metric == icp_metric::point_to_plane)
+    surface.find_normals(nearest_of, std::size_t(options.plane_neighbors), exec);
   const auto is_pair = [&](std::size_t i, double squared_limit) {
     return nearest_of[i].squared_distance <= squared_limit &&
            (!surface.has_outside || (target_from_source.rotation * surface.source_normals[i])
@@ -162,19 +168,24 @@ inline std::optional<rigid> point_step(const std::vector<icp_pair>& pairs, degre
 
 /// `refine_by_icp` over what the internals have: valid options, layers that have samples in both scans.
 inline icp_result refine_layers(std::vector<icp_samples> layers, rigid target_from_source,
-                                degrees_of_freedom dof, const icp_options& options, const execution& exec) {
+                                degrees_of_freedom dof, const icp_options& options, const execution& exec,
+                                icp_uncertainty* uncertainty = nullptr) {
   const bool planes = options.metric == icp_metric::point_to_plane;
   const vec3 origin = layers.front().target.front();  // small numbers keep the digits
   std::vector<icp_surface> surfaces;
   for (icp_samples& layer : layers) {
     report_progress(exec, "icp", 0);
-    surfaces.emplace_back(std::move(layer), origin, options, exec);
+    surfaces.emplace_back(std::move(layer), origin, options);
   }
   icp_result result;
-  while (result.iterations < options.max_iterations && !result.converged) {
-    std::vector<icp_pair> pairs;
-    for (const icp_surface& surface : surfaces)
+  std::vector<icp_pair> pairs;
+  const auto pair_all = [&] {
+    pairs.clear();
+    for (icp_surface& surface : surfaces)
       pair_nearest(surface, target_from_source, origin, options, exec, pairs);
+  };
+  while (result.iterations < options.max_iterations && !result.converged) {
+    pair_all();
     vec3 center;
     double squares = 0, weights = 0;
     std::size_t count = 0;
@@ -196,6 +207,11 @@ inline icp_result refine_layers(std::vector<icp_samples> layers, rigid target_fr
                        rotation_angle(step->rotation) < options.convergence_threshold;
   }
   result.target_from_source = to_eigen(target_from_source);
+  if (uncertainty && result.converged) {
+    pair_all();
+    *uncertainty = uncertainty_of_fit(pairs, dof, options.metric);
+    uncertainty->center += origin;
+  }
   return result;
 }
 

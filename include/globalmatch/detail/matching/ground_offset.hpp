@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -64,16 +65,16 @@ class ground_planes {
   position_index index_;
 };
 
-/// Median vertical offset [m] of each block of 4 m that both see.
+/// Median vertical offset [m] of each block of 4 m that both see, at every `step`-th point of the source.
 inline std::vector<double> offsets_of_blocks(const ground_planes& source, const ground_planes& target,
-                                             std::size_t min_neighbors) {
+                                             std::size_t min_neighbors, std::size_t step) {
   constexpr double block_width = 4, max_offset = 15;  // [m]
   constexpr std::size_t min_offsets = 8;              // of a block
   std::vector<keyed> by_block;
   std::vector<double> offsets;
   const auto number = [&](double v) { return std::uint32_t(std::int32_t(std::floor(v / block_width))); };
-  for (std::size_t i = 0; i < source.points().size(); ++i) {
-    if (i % 1024 == 0) poll_cancelled();
+  for (std::size_t i = 0; i < source.points().size(); i += step) {
+    if (i / step % 1024 == 0) poll_cancelled();
     const vec3& p = source.points()[i];
     const auto to = target.height_at(p.x, p.y, min_neighbors);
     if (!to || std::abs(*to - p.z) > max_offset) continue;
@@ -126,13 +127,16 @@ inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) 
 }
 
 /// The vertical offset of the ground that both scans see, from points in one levelled frame. First where
-/// ground lies densely, then also where it is sparser; nothing where too little of it is seen by both. Cost:
-/// linear in the points.
-inline std::optional<ground_offset> find_ground_offset(std::vector<vec3> source, std::vector<vec3> target) {
+/// ground lies densely, then also where it is sparser; nothing where too little of it is seen by both. No
+/// more than `max_places` of the source's points are compared, evenly picked. Cost: linear in the points.
+inline std::optional<ground_offset> find_ground_offset(
+    std::vector<vec3> source, std::vector<vec3> target,
+    std::size_t max_places = std::numeric_limits<std::size_t>::max()) {
   if (source.empty() || target.empty()) return std::nullopt;
+  const std::size_t step = 1 + (source.size() - 1) / max_places;
   const ground_planes from(std::move(source)), to(std::move(target));
   for (const std::size_t min_neighbors : {12u, 8u})
-    if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors))) return found;
+    if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors, step))) return found;
   return std::nullopt;
 }
 

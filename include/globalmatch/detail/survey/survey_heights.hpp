@@ -7,11 +7,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/disjoint_sets.hpp"
 #include "globalmatch/detail/core/robust.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
@@ -154,26 +154,21 @@ class height_adjustment {
   /// Takes the heights for unknown that no trees connect with a fixed one, and says whether there are any.
   bool forget_unconnected() {
     constexpr double min_weight = 1e-3;
-    std::vector<std::uint32_t> parent(maps_.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-    const auto root = [&](std::uint32_t m) {
-      while (parent[m] != m) m = parent[m] = parent[parent[m]];
-      return m;
-    };
+    disjoint_sets connected(maps_.size());
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const stem_of_map* first = nullptr;
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
         if (!(heights_.weights[i] > min_weight)) continue;
-        if (first) parent[root(trees_.stems[i].map)] = root(first->map);
+        if (first) connected.join(trees_.stems[i].map, first->map);
         first = &trees_.stems[i];
       }
     }
     std::vector<std::uint8_t> is_fixed(maps_.size());
     for (std::uint32_t m = 0; m < maps_.size(); ++m)
-      if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[root(m)] = true;
+      if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[connected.root(m)] = true;
     bool any = false;
     for (std::uint32_t m = 0; m < maps_.size(); ++m)
-      if (heights_.known[m] && !is_fixed[root(m)]) heights_.known[m] = false, any = true;
+      if (heights_.known[m] && !is_fixed[connected.root(m)]) heights_.known[m] = false, any = true;
     return any;
   }
 

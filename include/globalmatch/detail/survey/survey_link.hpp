@@ -30,11 +30,13 @@ struct survey_link {
   vec2 center_in_source() const { return target_from_source.inverse() * center; }
 };
 
+/// [rad] Half a millimetre at 10 m: of a turn, errors have that in common, as of a shift.
+inline constexpr double shared_yaw_sigma = 5e-5;
+
 /// What of a covariance of shift and turn about the vertical is in plan. It has an inverse also where stems
 /// agree to the bit, as those of a map and its copy do.
 inline mat3 plan_covariance(const local_uncertainty& u) {
-  constexpr double min_yaw_sigma = 5e-5;  // [rad] half a millimetre, as of the shift, at 10 m
-  mat3 covariance = mat3::diagonal_of({0, 0, min_yaw_sigma * min_yaw_sigma});
+  mat3 covariance = mat3::diagonal_of({0, 0, shared_yaw_sigma * shared_yaw_sigma});
   const std::size_t of[3] = {0, 1, 3};
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r) covariance(r, c) += u.covariance(of[r], of[c]);

@@ -250,6 +250,7 @@ struct tree_sums {
 
 inline void describe_trees(survey& result, const local_survey& s) {
   const tree_observations& trees = s.adjusted.trees;
+  result.stem_sigma = s.adjusted.stem_sigma;
   for (std::size_t t = 0; t < trees.size(); ++t) {
     tree_sums sums;
     for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) sums.add(s, i);

@@ -1,0 +1,122 @@
+#include "support/survey_refinement.hpp"
+
+#include <globalmatch/stem_map_io.hpp>
+#include <globalmatch/survey_refinement.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <iostream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+#include <utility>
+
+#include "support/atomic_file.hpp"
+#include "support/build_record.hpp"
+#include "support/survey_maps.hpp"
+
+namespace globalmatch::support {
+
+namespace fs = std::filesystem;
+using json = nlohmann::ordered_json;
+
+namespace {
+
+refinement_options refinement_of(const shared_options& options) {
+  refinement_options result;
+  result.icp.metric = options.for_icp().metric;
+  return result;
+}
+
+json describe_record(const stem_map_file::scan_record& record) {
+  return {record.input, record.content_hash, record.options, record.version, record.processor};
+}
+
+/// All that a refined pair depends on, besides its start.
+std::string describe_origin(const stem_map_file::scan_record& source,
+                            const stem_map_file::scan_record& target, const refinement_options& options) {
+  return json{{"version", this_build().name()},
+              {"source", describe_record(source)},
+              {"target", describe_record(target)},
+              {"icp", options.icp.metric},
+              {"max_points", options.icp.max_points}}
+      .dump();
+}
+
+/// A pair that nothing was found of, as it would be written: its start alone.
+std::string start_of(const pair_to_refine& start, const std::string& origin) {
+  std::ostringstream bytes;
+  refined_pair pair;
+  pair.start = start;
+  pair.provenance = origin;
+  write_refined_pair(bytes, pair);
+  return std::move(bytes).str();
+}
+
+/// The pair in a file, if it is of this start and origin.
+std::optional<refined_pair> kept_pair(const fs::path& file, const pair_to_refine& start,
+                                      const std::string& origin) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return std::nullopt;
+  try {
+    refined_pair pair = read_refined_pair(in);
+    // Scans have other numbers where scans were added.
+    pair.start.source = start.source;
+    pair.start.target = start.target;
+    if (start_of(pair.start, pair.provenance) == start_of(start, origin)) return pair;
+  } catch (const std::runtime_error&) {  // damaged, or of another version: it is made again
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<refined_pair> refine_pairs(const survey& s, const std::vector<std::string>& names,
+                                       const fs::path& out_dir, const shared_options& options,
+                                       const execution& exec, std::size_t first, std::size_t step) {
+  const refinement_options refinement = refinement_of(options);
+  const std::vector<pair_to_refine> pairs = pairs_to_refine(s, refinement);
+  const survey_mapper mapper(out_dir / "maps", options, true);
+  make_folder(out_dir / "refined");
+  const auto load = [&](std::size_t scan) { return mapper.with_samples(names[scan]); };
+  detail::recent_maps maps(load);
+  std::map<std::size_t, stem_map_file::scan_record> records;
+  const auto record_of = [&](std::size_t scan) -> const stem_map_file::scan_record& {
+    const auto found = records.find(scan);
+    return found != records.end() ? found->second
+                                  : records.emplace(scan, mapper.record_of(names[scan])).first->second;
+  };
+  std::vector<refined_pair> refined;
+  for (std::size_t i = first; i < pairs.size(); i += step) {
+    const pair_to_refine& start = pairs[i];
+    const std::string origin = describe_origin(record_of(start.source), record_of(start.target), refinement);
+    const fs::path path =
+        out_dir / "refined" / (names[start.source] + "_on_" + names[start.target] + ".pair");
+    if (auto kept = kept_pair(path, start, origin)) {
+      refined.push_back(std::move(*kept));
+      continue;
+    }
+    const auto source = maps(start.source), target = maps(start.target);
+    refined.push_back(refine_pair(*source, *target, start, refinement, exec));
+    refined.back().provenance = origin;
+    atomic_file file(path);
+    write_refined_pair(file.stream(), refined.back());
+    file.commit();
+  }
+  return refined;
+}
+
+json refine(survey& s, const std::vector<std::string>& names, const fs::path& out_dir,
+            const shared_options& options, const execution& exec) {
+  const std::vector<refined_pair> pairs = refine_pairs(s, names, out_dir, options, exec);
+  apply_refinements(s, pairs);
+  const auto by_icp = std::count_if(pairs.begin(), pairs.end(), [](const auto&p) { return p.is_refined; }),
+             by_ground =
+                 std::count_if(pairs.begin(), pairs.end(), [](const auto&p) { return p.is_height_refined; });
+  std::cout << "refined " << by_icp << " of " << pairs.size() << " pairs of scans by their stems, "
+            << by_ground << " by their ground\n";
+  return {{"pairs", pairs.size()}, {"refined", by_icp}, {"heights_refined", by_ground}};
+}
+
+}  // namespace globalmatch::support
