@@ -279,6 +279,63 @@ TEST_CASE("the reference that was asked for has the identity pose") {
   CHECK_THROWS_WITH(register_survey(stems_of(maps), {.max_nfa = 0}), Catch::Contains("max_nfa"));
 }
 
+TEST_CASE("several fixed scans keep their poses, and the others are adjusted between them") {
+  random_source random(41);
+  const auto maps = maps_of_forest(90, random);
+  Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();  // a national grid
+  frame.linear() = Eigen::AngleAxisd(2.5, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  frame.translation() = Eigen::Vector3d(431000, 5621000, 300);
+  survey_options options;
+  for (const std::size_t m : {std::size_t(0), maps.size() / 2, maps.size() - 1})
+    options.fixed.push_back({m, frame * maps[m].stand_from_scan});
+  const survey result = register_survey(stems_of(maps), options);
+  for (const auto& f : options.fixed) {
+    CHECK(result.scans[f.scan].status == status::placed);
+    CHECK(result.scans[f.scan].survey_from_scan.matrix() == f.survey_from_scan.matrix());
+    CHECK(result.scans[f.scan].uncertainty->covariance.norm() == 0);
+  }
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    REQUIRE(result.scans[m].status == status::placed);
+    const Eigen::Vector3d off =
+        result.scans[m].survey_from_scan.translation() - frame * maps[m].stand_from_scan.translation();
+    CHECK(off.norm() < 0.03);
+  }
+  const survey one = register_survey(stems_of(maps), {.fixed = {options.fixed[0]}});
+  CHECK(result.scans[maps.size() - 2].uncertainty->covariance(0, 0) <
+        one.scans[maps.size() - 2].uncertainty->covariance(0, 0));
+}
+
+TEST_CASE("a fixed scan whose links contradict its pose is not placed, and displaces no other") {
+  random_source random(42);
+  const auto maps = maps_of_forest(90, random);
+  survey_options options;
+  for (const std::size_t m : {0, 3, 9}) options.fixed.push_back({m, maps[m].stand_from_scan});
+  options.fixed[1].survey_from_scan.pretranslate(Eigen::Vector3d(4, 0, 0));
+  const survey result = register_survey(stems_of(maps), options);
+  CHECK(result.scans[3].status != status::placed);
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    if (result.scans[m].status != status::placed || result.scans[m].component != 0) continue;
+    const Eigen::Vector3d off =
+        result.scans[m].survey_from_scan.translation() - maps[m].stand_from_scan.translation();
+    INFO("map " << m);
+    CHECK(off.norm() < 0.05);
+  }
+}
+
+TEST_CASE("fixed scans and priors that make no sense are refused by name") {
+  const std::vector<positions> maps(2, positions{{0, 0, 0}, {3, 0, 0}});
+  survey_options options;
+  options.fixed = {{2, Eigen::Isometry3d::Identity()}};
+  CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("fixed"));
+  options.fixed = {{1, Eigen::Isometry3d::Identity()}, {1, Eigen::Isometry3d::Identity()}};
+  CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("fixed"));
+  options.fixed = {};
+  options.priors = {{.scan = 5}};
+  CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("priors"));
+  options.priors = {{.scan = 1, .sigma_plan = 0}};
+  CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("priors"));
+}
+
 TEST_CASE("forests that have nothing in common are components of their own, and an alien is not placed") {
   random_source random(6);
   auto maps = maps_of_forest(80, random);

@@ -49,9 +49,9 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   json refinement;
   if (!command.scans.empty())
     refinement = support::refine(result, work.names, command.out_dir, command.options, exec);
-  const std::string reference =
-      options.reference ? work.names[*options.reference] : support::reference_of(result, work.names);
-  constraints.apply_to(result, options);
+  const std::string reference = options.reference && options.fixed.empty()
+                                    ? work.names[*options.reference]
+                                    : support::reference_of(result, work.names);
   support::fill_statuses(work.rows, result);
   json report = support::describe(work.rows, result);
   report["reference"] = reference;
@@ -59,6 +59,7 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, work.names, result);
   support::write_placed_scans(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
+  support::report_priors(result, work.names);
   report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
   return report;

@@ -19,7 +19,14 @@ void survey_command::add_to(CLI::App& app) {
                  "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/, matches/, refined/")
       ->required()
       ->type_name("DIR");
-  app.add_option("--fix", fix, "a scan whose matrix survey_from_scan is known")->type_name("NAME=T.txt");
+  app.add_option("--fix", fix, "a scan whose matrix survey_from_scan is known; may be given several times")
+      ->type_name("NAME=T.txt")
+      ->take_all()
+      ->allow_extra_args(false);
+  app.add_option("--priors", priors,
+                 "measured positions and yaws of scans, with their standard deviations: "
+                 "scan,x,y,z,yaw_deg,sigma_xy,sigma_z,sigma_yaw_deg")
+      ->type_name("CSV");
   auto* one_stage =
       app.add_option(
              "--only", only,

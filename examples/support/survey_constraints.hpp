@@ -6,32 +6,36 @@
 #include <Eigen/Geometry>
 
 #include <filesystem>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "support/survey_command.hpp"
+#include "support/survey_priors.hpp"
 #include "support/survey_work.hpp"
 
 namespace globalmatch::support {
 
 /// A scan whose place in the survey's frame is known.
-struct fixed_scan {
+struct named_fixed_scan {
   std::string name;
   Eigen::Isometry3d survey_from_scan;
 };
 
 struct survey_constraints {
-  std::optional<fixed_scan> fixed;
+  std::vector<named_fixed_scan> fixed;
+  std::vector<named_prior> priors;
 
   /// Reads what the command names. Throws `file_error`, and `std::invalid_argument` naming a bad option.
   static survey_constraints read(const survey_command& command);
 
-  /// The options for the maps at hand. The reference is the fixed scan, else that of an earlier run in
-  /// `out_dir`. Throws `std::invalid_argument` where the fixed scan was not mapped.
+  /// The options for the maps at hand. The reference is that of an earlier run in `out_dir`. Priors of scans
+  /// that were not mapped are left out, and named on standard error. Throws `std::invalid_argument` where a
+  /// fixed scan was not mapped.
   survey_options options_for(const survey_work& work, const std::filesystem::path& out_dir) const;
-
-  /// Puts the component of the reference into the frame that is known.
-  void apply_to(survey& result, const survey_options& options) const;
 };
+
+/// Names the scans that their priors have elsewhere than the survey, by more than four standard deviations,
+/// on standard error.
+void report_priors(const survey& result, const std::vector<std::string>& names);
 
 }  // namespace globalmatch::support

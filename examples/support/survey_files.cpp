@@ -154,7 +154,8 @@ std::string recorded_reference(const fs::path& report) {
 
 std::string reference_of(const survey& result, const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < names.size(); ++i)
-    if (result.scans[i].component == 0 && result.scans[i].survey_from_scan.matrix().isIdentity(0))
+    if (const survey::scan& s = result.scans[i];
+        s.component == 0 && s.uncertainty && s.uncertainty->covariance(3, 3) == 0)
       return names[i];
   return "";
 }
@@ -195,6 +196,7 @@ nlohmann::ordered_json describe(const std::vector<survey_row>& rows, const surve
       scan["survey_from_scan"] = numbers_of(s.survey_from_scan);
       scan["height_known"] = s.is_height_known;
       scan["links"] = s.links;
+      if (std::isfinite(s.prior_deviations)) scan["prior_deviations"] = s.prior_deviations;
       for (const Eigen::Isometry3d& other : s.alternatives) scan["alternatives"].push_back(numbers_of(other));
     }
     scans.push_back(std::move(scan));
@@ -203,23 +205,6 @@ nlohmann::ordered_json describe(const std::vector<survey_row>& rows, const surve
       std::count_if(result.links.begin(), result.links.end(), [](const auto& l) { return l.used; });
   return {{"components", result.components}, {"links", result.links.size()}, {"links_used", used},
           {"candidates", result.candidates}, {"trees", result.trees.size()}, {"scans", std::move(scans)}};
-}
-
-void transform_survey(survey& result, int component, const Eigen::Isometry3d& other_from_survey) {
-  Eigen::Matrix4d turned = Eigen::Matrix4d::Identity();
-  turned.topLeftCorner<3, 3>() = other_from_survey.linear();
-  for (survey::scan& scan : result.scans) {
-    if (scan.component != component && scan.component != -1) continue;
-    scan.survey_from_scan = other_from_survey * scan.survey_from_scan;
-    for (Eigen::Isometry3d& other : scan.alternatives) other = other_from_survey * other;
-    if (!scan.uncertainty) continue;
-    transform_uncertainty& u = *scan.uncertainty;
-    u.center = other_from_survey * u.center;
-    u.up = other_from_survey.linear() * u.up;
-    u.covariance = (turned * u.covariance * turned.transpose()).eval();
-  }
-  for (survey::tree& tree : result.trees)
-    if (tree.component == component) tree.position = other_from_survey * tree.position;
 }
 
 }  // namespace globalmatch::support

@@ -49,7 +49,7 @@ void write_survey(const std::filesystem::path& folder, const std::vector<survey_
 /// the frame; empty where there is none.
 std::string recorded_reference(const std::filesystem::path& report);
 
-/// The scan whose pose is the identity, of the component of most scans; empty where none was placed.
+/// The scan that the poses of the component of most scans refer to; empty where none was placed.
 std::string reference_of(const survey& result, const std::vector<std::string>& names);
 
 /// Status and reason of the inputs that are scans of the survey.
@@ -63,8 +63,5 @@ std::string summary(const std::vector<survey_row>& rows, const survey& result);
 
 /// The same results, with alternatives, counts, and the reference.
 nlohmann::ordered_json describe(const std::vector<survey_row>& rows, const survey& result);
-
-/// The poses of a component after a transform of its frame, with all that depends on it; and the guesses.
-void transform_survey(survey& result, int component, const Eigen::Isometry3d& other_from_survey);
 
 }  // namespace globalmatch::support

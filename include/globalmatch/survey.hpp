@@ -46,6 +46,20 @@ position_set positions_of(const R& stems, const std::string& name, const executi
   return import_positions(stems, Eigen::Vector3d::UnitZ(), name, exec);
 }
 
+/// Throws `std::invalid_argument` where the options name a scan that there is not, or fix one twice.
+inline void require_scans(const survey_options& options, std::size_t maps) {
+  if (options.reference && *options.reference >= maps)
+    throw std::invalid_argument("reference: there is no map of that number");
+  std::vector<bool> is_fixed(maps, false);
+  for (const survey_options::fixed_scan& f : options.fixed) {
+    if (f.scan >= maps) throw std::invalid_argument("fixed: there is no map of that number");
+    if (is_fixed[f.scan]) throw std::invalid_argument("fixed: a scan is fixed twice");
+    is_fixed[f.scan] = true;
+  }
+  for (const survey_options::prior& p : options.priors)
+    if (p.scan >= maps) throw std::invalid_argument("priors: there is no map of that number");
+}
+
 /// All maps in the internal representation.
 template <class Maps>
 std::vector<position_set> positions_of_maps(const Maps& maps, const execution& exec) {
@@ -85,8 +99,7 @@ survey solve_survey(const Maps& maps, std::span<const survey_matches> matches,
   try {
     const detail::parallel_scope scope(exec, "survey");
     std::vector<position_set> sets = detail::positions_of_maps(maps, exec);
-    if (options.reference && *options.reference >= sets.size())
-      throw std::invalid_argument("reference: there is no map of that number");
+    detail::require_scans(options, sets.size());
     return detail::register_positions(std::move(sets), matches, options, exec);
   } catch (const operation_cancelled&) {
     survey result;

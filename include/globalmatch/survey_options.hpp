@@ -17,16 +17,46 @@
 namespace globalmatch {
 
 struct survey_options {
+  /// A scan whose pose is known: it is not adjusted.
+  struct fixed_scan {
+    std::size_t scan = 0;
+    Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();
+  };
+
+  /// What was measured of the pose of a scan, by satellites or a compass, in a frame whose up is +z. What was
+  /// not measured is not a number.
+  struct prior {
+    std::size_t scan = 0;
+    Eigen::Vector3d position =
+        Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m] of the scan's origin
+    double yaw = std::numeric_limits<double>::quiet_NaN();  ///< [rad] of its x axis, counter-clockwise from x
+    double sigma_plan = 1;                                  ///< [m] along each horizontal axis
+    double sigma_height = 1;                                ///< [m]
+    double sigma_yaw = 0.05;                                ///< [rad]
+  };
+
   /// Number of false alarms: wrong links that are expected of all pairs of maps, if none had anything in
   /// common (ours).
   double max_nfa = 1e-3;
   /// The scan whose frame is that of the survey. Empty: the one of most links in the largest component.
   std::optional<std::size_t> reference = {};
+  /// Their frame is that of the survey, in each component that has some; a scan whose links contradict its
+  /// pose is ambiguous, or alone.
+  std::vector<survey_options::fixed_scan> fixed = {};
+  /// Components without fixed scans are moved, each as a whole, to where it fits these best: the frame is
+  /// then that of the priors. One that disagrees with others loses its weight.
+  std::vector<survey_options::prior> priors = {};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const survey_options& options) {
   if (!(options.max_nfa > 0)) throw std::invalid_argument("max_nfa must be positive");
+  for (const survey_options::fixed_scan& f : options.fixed)
+    if (!f.survey_from_scan.matrix().allFinite())
+      throw std::invalid_argument("fixed: a matrix has a number that is not finite");
+  for (const survey_options::prior& p : options.priors)
+    if (!(p.sigma_plan > 0) || !(p.sigma_height > 0) || !(p.sigma_yaw > 0))
+      throw std::invalid_argument("priors: standard deviations must be positive");
 }
 
 /// Where the scans of a survey stand.
@@ -43,8 +73,8 @@ struct survey {
     survey::status status = status::no_stems;
     std::string reason = {};  ///< why it was not placed, and what would help; empty where it was
     int component = -1;       ///< 0 is the one of most scans; -1: none
-    /// Pose in the frame of the reference of its component; where the scan is ambiguous or unplaced the best
-    /// guess in that of component 0, identity where there is none.
+    /// Pose in the frame of the reference of its component, of fixed scans, or of priors; where the scan is
+    /// ambiguous or unplaced the best guess in that of component 0, identity where there is none.
     Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();
     /// Marginal of the adjustment, of shift and turn about the stems' centroid, in the frame of the survey,
     /// against the reference of the component. Empty where the scan was not placed.
@@ -59,6 +89,9 @@ struct survey {
     double check_worst = std::numeric_limits<double>::quiet_NaN();
     /// Where else its links place an ambiguous scan, most of them first.
     std::vector<Eigen::Isometry3d> alternatives = {};
+    /// By how many of its standard deviations its prior is off, the most of plan, height and yaw. Not a
+    /// number where it has none.
+    double prior_deviations = std::numeric_limits<double>::quiet_NaN();
   };
 
   /// Two scans whose stems agree.

@@ -11,6 +11,7 @@
 #include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/adjust_links.hpp"
+#include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
@@ -50,7 +51,8 @@ inline tree_observations trees_of_components(std::span<const prepared_stems> map
 /// those of the links, of an uncertainty that says nothing, and there are no trees.
 inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, const placed_maps& placed,
                                        std::span<const survey_link> links,
-                                       const std::vector<std::vector<std::uint32_t>>& members) {
+                                       const std::vector<std::vector<std::uint32_t>>& members,
+                                       const known_poses& known = {}) {
   constexpr int iterations = 2;
   constexpr double in_deviations = 6, min_radius = 0.05;   // [m]
   constexpr double unknown_shift = 1e6, unknown_yaw = 10;  // [m^2] [rad^2]
@@ -59,7 +61,7 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
   result.covariance.resize(maps.size());
   const unknown_poses unknowns(maps.size(), [&](std::size_t m) {
     const std::uint32_t component = placed.parts.of[m];
-    return members[component].size() < 2 || placed.parts.reference[component] == m;
+    return members[component].size() < 2 || placed.parts.reference[component] == m || known.is_fixed(m);
   });
   const std::vector<double> deviations = deviations_by_links(links, maps.size());
   std::vector<double> radius;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/matching.hpp"
@@ -158,8 +159,9 @@ struct components {
   std::size_t count() const { return reference.size(); }
 };
 
-/// Numbered by the lowest of their maps. `preferred`: a map that is the reference of its component.
-inline components find_components(const link_graph& graph, std::size_t preferred) {
+/// Numbered by the lowest of their maps. The reference of each is a fixed map, or the preferred one, or else
+/// one of most links.
+inline components find_components(const link_graph& graph, const known_poses& known) {
   constexpr std::uint32_t none = ~std::uint32_t(0);
   components found;
   found.of.assign(graph.size(), none);
@@ -174,9 +176,8 @@ inline components find_components(const link_graph& graph, std::size_t preferred
       const std::uint32_t m = open.back();
       open.pop_back();
       std::uint32_t& reference = found.reference.back();
-      if (reference != preferred && (m == preferred || graph.of(m).size() > graph.of(reference).size() ||
-                                     (graph.of(m).size() == graph.of(reference).size() && m < reference)))
-        reference = m;
+      const auto rank = [&](std::uint32_t map) { return std::pair(known.rank(map), graph.of(map).size()); };
+      if (rank(m) > rank(reference) || (rank(m) == rank(reference) && m < reference)) reference = m;
       for (const auto& e : graph.of(m))
         if (found.of[e.neighbor] == none) found.of[e.neighbor] = number, open.push_back(e.neighbor);
     }

@@ -11,6 +11,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/survey/adjust_links.hpp"
 #include "globalmatch/detail/survey/initial_poses.hpp"
+#include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/proposed_places.hpp"
@@ -98,9 +99,9 @@ inline void separate_ambiguous_clusters(const link_graph& taken, std::span<const
 }
 
 /// Places the maps by the links that are used, and takes those of ambiguous maps, and those that do not
-/// agree, out of use: until no component falls apart. `preferred`: a map whose frame is that of its
-/// component, unless it is ambiguous.
-inline placed_maps place_maps(std::vector<survey_link>& links, std::size_t maps, std::size_t preferred) {
+/// agree, out of use: until no component falls apart. Fixed maps stay where they are known to be; one whose
+/// links contradict that is ambiguous, or alone.
+inline placed_maps place_maps(std::vector<survey_link>& links, std::size_t maps, const known_poses& known) {
   placed_maps result;
   result.ambiguous.resize(maps);
   for (const survey_link& l : links) result.tried.push_back(l.used);
@@ -110,12 +111,15 @@ inline placed_maps place_maps(std::vector<survey_link>& links, std::size_t maps,
     for (const survey_link& l : links) is_taken.push_back(l.used);
     const link_graph taken(
         maps, links, [&](const survey_link& l) { return is_taken[std::size_t(&l - links.data())] != 0; });
-    components parts = find_components(taken, preferred);
+    components parts = find_components(taken, known);
     if (parts.count() == result.parts.count()) return result;
     result.parts = std::move(parts);
     result.poses = initial_poses(links, result.parts);
-    const unknown_poses unknowns(
-        maps, [&](std::size_t m) { return result.parts.reference[result.parts.of[m]] == m; });
+    const auto reference_of = [&](std::size_t m) { return result.parts.reference[result.parts.of[m]]; };
+    for (std::size_t m = 0; m < maps; ++m)
+      if (known.is_fixed(m)) result.poses[m] = known.pose_beside(reference_of(m), m);
+    const unknown_poses unknowns(maps,
+                                 [&](std::size_t m) { return reference_of(m) == m || known.is_fixed(m); });
     if (adjust_links(result.poses, unknowns, links)) {
       if (!leave_out_ambiguous(taken, result.poses, links, result.ambiguous))
         separate_ambiguous_clusters(taken, result.poses, result.parts, links);

@@ -17,6 +17,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/block_system.hpp"
+#include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
 
@@ -30,12 +31,17 @@ struct survey_heights {
   std::vector<double> weights;      ///< of the observations of the trees
 };
 
-/// The map of each component that the heights of others refer to: the first one that has any, or the first
-/// one. `members`: the maps of each, the reference first.
+/// The maps of each component that the heights of others refer to: fixed ones that have any, else the first
+/// one that has, or the first one. `members`: the maps of each, the reference first.
 inline std::vector<std::uint32_t> height_datums(std::span<const prepared_stems> maps,
-                                                const std::vector<std::vector<std::uint32_t>>& members) {
+                                                const std::vector<std::vector<std::uint32_t>>& members,
+                                                const known_poses& known) {
   std::vector<std::uint32_t> datums;
   for (const auto& of_component : members) {
+    const std::size_t before = datums.size();
+    for (const std::uint32_t m : of_component)
+      if (known.is_fixed(m) && maps[m].stems.has_heights) datums.push_back(m);
+    if (datums.size() > before) continue;
     const auto first = std::find_if(of_component.begin(), of_component.end(),
                                     [&](std::uint32_t m) { return maps[m].stems.has_heights; });
     datums.push_back(first == of_component.end() ? of_component.front() : *first);
@@ -208,12 +214,16 @@ class height_adjustment {
 /// component, the reference first.
 inline survey_heights find_heights(std::span<const prepared_stems> maps, const tree_observations& trees,
                                    const link_graph& used,
-                                   const std::vector<std::vector<std::uint32_t>>& members) {
-  const std::vector<std::uint32_t> datums = height_datums(maps, members);
+                                   const std::vector<std::vector<std::uint32_t>>& members,
+                                   const known_poses& known = {}) {
+  const std::vector<std::uint32_t> datums = height_datums(maps, members, known);
   survey_heights heights;
   heights.of_map.assign(maps.size(), 0);
   heights.sigma.assign(maps.size(), 0);
   heights.known.assign(maps.size(), 0);
+  for (const auto& of_component : members)
+    for (const std::uint32_t m : of_component)
+      if (known.is_fixed(m)) heights.of_map[m] = known.height_beside(of_component.front(), m);
   heights_along_links(maps, used, datums, heights);
   std::vector<std::uint8_t> is_datum(maps.size());
   for (const std::uint32_t m : datums) is_datum[m] = true;

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <utility>
@@ -17,10 +18,12 @@
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
 #include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
+#include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/map_links.hpp"
 #include "globalmatch/detail/survey/overlap_index.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/survey_frames.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
@@ -45,10 +48,18 @@ inline double max_log10_nfa_of_survey(const survey_options& options, std::size_t
   return std::log10(options.max_nfa) - std::log10(std::max(1.0, pairs));
 }
 
+/// What the options say of the poses of the maps.
+inline known_poses known_poses_of(const survey_options& options, std::span<const prepared_stems> maps) {
+  std::vector<std::optional<rigid>> fixed(maps.size());
+  for (const survey_options::fixed_scan& f : options.fixed)
+    fixed[f.scan] = from_eigen(f.survey_from_scan) * maps[f.scan].stems.frame.local_from_scan().inverse();
+  return {options.reference.value_or(known_poses::none), std::move(fixed)};
+}
+
 /// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
-/// links that these do not confirm. `preferred`: a map whose frame is that of its component.
+/// links that these do not confirm.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
-                                std::size_t preferred) {
+                                const known_poses& known) {
   constexpr int restoring = 4, max_repetitions = 24;
   local_survey s;
   s.maps = maps;
@@ -57,9 +68,9 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   for (const survey_link& l : s.links) usable.push_back(l.used);
   const auto is_used = [](const survey_link& l) { return l.used; };
   for (int repetition = 0;; ++repetition) {
-    s.placed = place_maps(s.links, maps.size(), preferred);
+    s.placed = place_maps(s.links, maps.size(), known);
     s.members = members_of(s.placed, link_graph(maps.size(), s.links, is_used));
-    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members);
+    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members, known);
     if (repetition == 0) tried = s.placed.tried;
     for (std::size_t m = 0; m < maps.size(); ++m) ambiguous[m] |= s.placed.ambiguous[m];
     const std::vector<std::size_t> unconfirmed = unconfirmed_links(s.links, maps, s.adjusted);
@@ -72,7 +83,7 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   s.placed.ambiguous = std::move(ambiguous);
   s.placed.tried = std::move(tried);
   const link_graph used(maps.size(), s.links, is_used);
-  s.heights = find_heights(maps, s.adjusted.trees, used, s.members);
+  s.heights = find_heights(maps, s.adjusted.trees, used, s.members, known);
   return s;
 }
 
@@ -127,7 +138,6 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
                                              std::span<const survey_matches> matches,
                                              const survey_options& options, const execution& exec,
                                              build_mode) {
-  constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   const parallel_scope scope(exec, "survey");
   const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
   const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
@@ -135,7 +145,15 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
   std::vector<survey_link> links =
       find_links(maps, max_log10_nfa, known_links(matches, maps, max_log10_nfa), result.candidates, exec);
   report_progress(exec, "adjustment", 0);
-  describe(result, solve_links(maps, std::move(links), options.reference.value_or(none)));
+  const known_poses known = known_poses_of(options, maps);
+  const local_survey solved = solve_links(maps, std::move(links), known);
+  describe(result, solved);
+  use_known_frames(result, options, [&](int component) -> std::optional<std::size_t> {
+    for (std::size_t m = 0; m < maps.size(); ++m)
+      if (result.scans[m].component == component && known.is_fixed(m))
+        return solved.placed.parts.reference[solved.placed.parts.of[m]];
+    return std::nullopt;
+  });
   return result;
 }
 

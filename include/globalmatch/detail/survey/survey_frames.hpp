@@ -1,0 +1,226 @@
+// The frame of a survey: that of fixed scans, or of what priors say. In: a survey in the frames of
+// references. Out: the same in the frame that is known.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "globalmatch/detail/core/eigen_border.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/matrices.hpp"
+#include "globalmatch/detail/core/rigid_fit.hpp"
+#include "globalmatch/detail/core/robust.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/detail/matching/prior.hpp"
+#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/pose_uncertainty.hpp"
+#include "globalmatch/survey_options.hpp"
+
+namespace globalmatch::detail {
+
+/// Moves a component into another frame, with all that depends on it; guesses with that of most scans.
+inline void move_component(survey& result, int component, const Eigen::Isometry3d& other_from_survey) {
+  for (survey::scan& scan : result.scans) {
+    if (scan.component != component && !(component == 0 && scan.component == -1)) continue;
+    scan.survey_from_scan = other_from_survey * scan.survey_from_scan;
+    for (Eigen::Isometry3d& other : scan.alternatives) other = other_from_survey * other;
+    if (scan.uncertainty) scan.uncertainty = in_frame(*scan.uncertainty, other_from_survey);
+  }
+  for (survey::tree& tree : result.trees)
+    if (tree.component == component) tree.position = other_from_survey * tree.position;
+}
+
+/// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.
+struct levelled_prior {
+  const survey_options::prior* given = nullptr;
+  vec3 origin;     ///< [m] of the scan, in the levelled frame of the component
+  double yaw = 0;  ///< [rad] of the scan, alike
+  vec2 measured;   ///< [m]
+  double agreement = 1, yaw_agreement = 1, height_agreement = 1;  ///< Tukey weights
+
+  bool has_place() const { return std::isfinite(given->position.x()) && std::isfinite(given->position.y()); }
+  bool has_height() const { return std::isfinite(given->position.z()); }
+  bool has_yaw() const { return std::isfinite(given->yaw); }
+
+  /// Residuals under a transform of the component, in standard deviations.
+  double off_in_plan(const plan_pose& moved) const {
+    return has_place() ? (moved * origin.xy() - measured).norm() / given->sigma_plan : 0;
+  }
+  double off_in_yaw(const plan_pose& moved) const {
+    return has_yaw() ? std::abs(wrapped(moved.yaw + yaw - given->yaw)) / given->sigma_yaw : 0;
+  }
+  double off_in_height(double raise) const {
+    return has_height() ? std::abs(origin.z + raise - given->position.z()) / given->sigma_height : 0;
+  }
+};
+
+/// The priors of a component; `level_from_survey` turns it upright.
+inline std::vector<levelled_prior> priors_of(const survey& s, int component,
+                                             std::span<const survey_options::prior> priors,
+                                             const Eigen::Isometry3d& level_from_survey) {
+  std::vector<levelled_prior> of_component;
+  for (const survey_options::prior& p : priors) {
+    if (s.scans[p.scan].component != component) continue;
+    const Eigen::Isometry3d level = level_from_survey * s.scans[p.scan].survey_from_scan;
+    levelled_prior prior;
+    prior.given = &p;
+    prior.origin = from_eigen(level.translation());
+    prior.yaw = std::atan2(level(1, 0), level(0, 0));
+    prior.measured = {p.position.x(), p.position.y()};
+    of_component.push_back(prior);
+  }
+  return of_component;
+}
+
+/// A first turn: the one that most measured yaws agree with, or that of the measured places.
+inline double first_turn(std::span<const levelled_prior> priors) {
+  double best = 0, least = std::numeric_limits<double>::infinity();
+  for (const levelled_prior& p : priors) {
+    if (!p.has_yaw()) continue;
+    double sum = 0;
+    for (const levelled_prior& other : priors)
+      sum += std::min(tukey_constant, other.off_in_yaw({{0, 0}, p.given->yaw - p.yaw}));
+    if (sum < least) least = sum, best = p.given->yaw - p.yaw;
+  }
+  if (std::isfinite(least)) return best;
+  std::vector<vec3> from, to;
+  for (const levelled_prior& p : priors)
+    if (p.has_place()) {
+      from.push_back({p.origin.x, p.origin.y, 0});
+      to.push_back({p.measured.x, p.measured.y, 0});
+    }
+  if (from.size() < 2) return 0;
+  const auto fitted = fit_rigid(from, to, degrees_of_freedom::four);
+  return fitted ? plan_of(*fitted).yaw : 0;
+}
+
+/// One least squares step of shift and turn about the weighted mean of the places; returns how far it moves.
+inline double improve(plan_pose& moved, std::span<const levelled_prior> priors) {
+  vec2 center{0, 0}, shift{0, 0};
+  double total = 0;
+  for (const levelled_prior& p : priors) {
+    if (!p.has_place()) continue;
+    const double weight = p.agreement / (p.given->sigma_plan * p.given->sigma_plan);
+    const vec2 at = moved * p.origin.xy();
+    center += weight * at;
+    shift += weight * (p.measured - at);
+    total += weight;
+  }
+  if (total > 0) center = center / total, shift = shift / total;
+  double turn = 0, information = 0;
+  for (const levelled_prior& p : priors) {
+    if (p.has_place()) {
+      const double weight = p.agreement / (p.given->sigma_plan * p.given->sigma_plan);
+      const vec2 at = moved * p.origin.xy(), lever = quarter_turned(at - center);
+      turn += weight * lever.dot(p.measured - at - shift);
+      information += weight * lever.squared_norm();
+    }
+    if (p.has_yaw()) {
+      const double weight = p.yaw_agreement / (p.given->sigma_yaw * p.given->sigma_yaw);
+      turn -= weight * wrapped(moved.yaw + p.yaw - p.given->yaw);
+      information += weight;
+    }
+  }
+  turn = information > 0 ? turn / information : 0;
+  const plan_pose about{center - plan_pose{{0, 0}, turn}.turned(center) + shift, turn};
+  moved = about * moved;
+  return shift.norm() + std::abs(turn);
+}
+
+/// Where the priors have a component: shift and turn by robust least squares, what is far off counting less
+/// from the first step on (graduated non-convexity, as `adjust_links`).
+inline plan_pose fit_plan(std::span<levelled_prior> priors) {
+  constexpr int max_iterations = 60;
+  constexpr double converged = 1e-6;
+  plan_pose moved{{0, 0}, first_turn(priors)};
+  for (int iteration = 0; iteration < 2; ++iteration) improve(moved, priors);
+  double largest = 0;
+  for (const levelled_prior& p : priors)
+    largest = std::max({largest, p.off_in_plan(moved), p.off_in_yaw(moved)});
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const double limit = std::max(tukey_constant, 2 * largest);
+    for (levelled_prior& p : priors) {
+      p.agreement = tukey_weight(std::pow(p.off_in_plan(moved) / limit, 2));
+      p.yaw_agreement = tukey_weight(std::pow(p.off_in_yaw(moved) / limit, 2));
+    }
+    if (improve(moved, priors) < converged && largest == 0) break;
+    largest = largest > 1 ? largest / 2 : 0;
+  }
+  return moved;
+}
+
+/// How much a component is to be raised: a robust mean, from the median on; 0 where no heights are known.
+inline double fit_raise(std::span<const levelled_prior> priors) {
+  constexpr int iterations = 20;
+  std::vector<double> all;
+  for (const levelled_prior& p : priors)
+    if (p.has_height()) all.push_back(p.given->position.z() - p.origin.z);
+  if (all.empty()) return 0;
+  double raise = median(all);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    double sum = 0, total = 0;
+    for (const levelled_prior& p : priors) {
+      if (!p.has_height()) continue;
+      const double off = p.off_in_height(raise) / tukey_constant;
+      const double weight = tukey_weight(off * off) / (p.given->sigma_height * p.given->sigma_height);
+      sum += weight * (p.given->position.z() - p.origin.z);
+      total += weight;
+    }
+    if (!(total > 0)) break;
+    raise = sum / total;
+  }
+  return raise;
+}
+
+/// Says of priors by how much they are off under a transform of their component.
+inline void note_deviations(survey& s, std::span<const levelled_prior> priors, const plan_pose& moved,
+                            double raise) {
+  for (const levelled_prior& p : priors)
+    s.scans[p.given->scan].prior_deviations =
+        std::max({p.off_in_plan(moved), p.off_in_yaw(moved), p.off_in_height(raise)});
+}
+
+/// Moves a component to where its priors have it, and says by how much each of these is off.
+inline void move_to_priors(survey& s, int component, std::span<const survey_options::prior> given) {
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  for (const survey::scan& scan : s.scans)
+    if (scan.component == component && scan.uncertainty) up = scan.uncertainty->up;
+  rigid level;
+  level.rotation = levelling_rotation(from_eigen(up));
+  const Eigen::Isometry3d level_from_survey = to_eigen(level);
+  std::vector<levelled_prior> priors = priors_of(s, component, given, level_from_survey);
+  if (priors.empty()) return;
+  const plan_pose moved = fit_plan(priors);
+  const double raise = fit_raise(priors);
+  note_deviations(s, priors, moved, raise);
+  move_component(s, component, to_eigen(in_space(moved, raise)) * level_from_survey);
+}
+
+/// Puts each component into the frame of its fixed scan, else into that of the priors.
+/// `reference_of(component)`: the fixed scan that its poses refer to; empty where it has none.
+template <class ReferenceOf>
+void use_known_frames(survey& s, const survey_options& options, const ReferenceOf& reference_of) {
+  for (int component = 0; component < int(s.components); ++component) {
+    const std::optional<std::size_t> reference = reference_of(component);
+    if (!reference) {
+      move_to_priors(s, component, options.priors);
+      continue;
+    }
+    for (const survey_options::fixed_scan& f : options.fixed)
+      if (f.scan == *reference)
+        move_component(s, component, f.survey_from_scan * s.scans[f.scan].survey_from_scan.inverse());
+    for (const survey_options::fixed_scan& f : options.fixed)  // to the last bit, and with their own tilt
+      if (s.scans[f.scan].component == component) s.scans[f.scan].survey_from_scan = f.survey_from_scan;
+    note_deviations(s, priors_of(s, component, options.priors, Eigen::Isometry3d::Identity()), {}, 0);
+  }
+}
+
+}  // namespace globalmatch::detail
