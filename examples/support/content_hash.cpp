@@ -63,11 +63,11 @@ std::string hash_of_file(const fs::path& file) {
 /// What tells whether a file is as it was: its name, size and time. Nothing where it was written just now: it
 /// may be written again without another time.
 std::optional<std::string> describe_state(const fs::path& file) {
-  constexpr auto settled = std::chrono::seconds(5);
+  constexpr auto min_age = std::chrono::seconds(5);
   std::error_code absent, other;
   const auto size = fs::file_size(file, absent);
   const auto written = fs::last_write_time(file, other);
-  if (absent || other || fs::file_time_type::clock::now() - written < settled) return std::nullopt;
+  if (absent || other || fs::file_time_type::clock::now() - written < min_age) return std::nullopt;
   return fs::weakly_canonical(file).string() + "\n" + std::to_string(size) + "\n" +
          std::to_string(written.time_since_epoch().count()) + "\n";
 }
