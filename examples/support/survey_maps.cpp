@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "support/atomic_file.hpp"
 #include "support/build_record.hpp"
@@ -47,6 +48,29 @@ survey_map read_positions(const survey_input& input) {
   return result;
 }
 
+namespace {
+
+/// Gives the memory back, which `v = {}` does not.
+template <class T>
+void release(std::vector<T>& v) {
+  std::vector<T>().swap(v);
+}
+
+/// Leaves out what is read again where it is needed: samples, the heights of the ground, and which points are
+/// on stems. They take some hundred times the memory of the rest.
+void keep_what_matches(stem_map& map) {
+  for (stem& s : map.stems) release(s.support);
+  release(map.stem_samples);
+  release(map.stem_normals);
+  release(map.ground_samples);
+  terrain without_heights;
+  without_heights.status = map.terrain.status;
+  without_heights.cut_off = map.terrain.cut_off;
+  map.terrain = std::move(without_heights);
+}
+
+}  // namespace
+
 survey_mapper::survey_mapper(const fs::path& folder, const shared_options& options, bool mixes_builds)
     : folder_(folder), options_(options), mixes_builds_(mixes_builds) {
   make_folder(folder);
@@ -79,6 +103,7 @@ survey_map survey_mapper::map(const survey_input& input, const execution& exec) 
   if (!result.error.empty() || input.same_as) return result;
   if (auto map = kept(input)) {
     result.map = std::move(*map);
+    keep_what_matches(result.map);
     result.was_kept = true;
     return result;
   }
@@ -96,11 +121,7 @@ survey_map survey_mapper::map(const survey_input& input, const execution& exec) 
   atomic_file file(file_of(input.name));
   write_stem_map(file.stream(), result.map, record_of(input));
   file.commit();
-  result.map.stem_samples = {};  // which are read again where they are needed
-  result.map.stem_normals = {};
-  result.map.ground_samples = {};
-  result.map.terrain.ground = {};
-  result.map.terrain.first_ground = {};
+  keep_what_matches(result.map);
   return result;
 }
 

@@ -16,7 +16,7 @@ namespace globalmatch::support {
 
 /// A scan of a survey, as far as it was mapped.
 struct survey_map {
-  stem_map map = {};       ///< without samples
+  stem_map map = {};       ///< without samples, and without heights of the ground
   std::string error = {};  ///< why the scan cannot be read; empty where it can
   bool was_kept = false;   ///< the map was there, and is still that of the scan
 };

@@ -107,6 +107,19 @@ TEST_CASE(
   CHECK_THAT(open_scan(directory / "placed/scan_2.laz").header().format, Contains("LAZ"));
 }
 
+TEST_CASE("register_survey --tiles takes folders as scans, and writes them") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", "scans --stations 2 --angular-step 0.3 --seed 5").status == 0);
+  for (const std::string name : {"1", "2"}) {
+    std::filesystem::create_directory(directory / ("plot" + name));
+    std::filesystem::rename(directory / ("scans/scan_" + name + ".ply"),
+                            directory / ("plot" + name + "/all.ply"));
+  }
+  REQUIRE(call(directory, "register_survey", "plot1 plot2 --tiles --out-dir out --write placed").status == 0);
+  CHECK_THAT(row_of(directory / "out/poses.csv", "plot2"), Contains("plot2,placed,0,"));
+  CHECK(points_of(directory / "placed/plot1.ply").size() == points_of(directory / "plot1/all.ply").size());
+}
+
 TEST_CASE("register_survey replaces no scan by what it writes, and refuses what it cannot write") {
   const temporary_directory directory;
   REQUIRE(call(directory, "simulate_plot", "scans --stations 2 --angular-step 0.4 --seed 5").status == 0);

@@ -2,6 +2,7 @@
 // damaged, is of others, or was killed.
 #include <nlohmann/json.hpp>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -126,6 +127,23 @@ TEST_CASE("matches of another build or instruction set are refused by name in a 
   }
   REQUIRE(survey_status(directory, seven_maps + "--out-dir out") == 0);
 }
+
+#if !defined(_WIN32)
+TEST_CASE("register_survey that runs twice at once in one folder has the bytes of one process") {
+  const temporary_directory directory;
+  write_stand(directory, 7);
+  REQUIRE(survey_status(directory, seven_maps + "--out-dir one") == 0);
+  const std::string program = "\"" GLOBALMATCH_PROGRAMS "/register_survey\" ";
+  const std::string both = "cd \"" + directory.path().string() + "\" && { " + program + seven_maps +
+                           "--out-dir out > a.log 2>&1 & " + program + seven_reversed +
+                           "--out-dir out > b.log 2>&1 && wait $!; }";
+  for (int i = 0; i < 5; ++i) {
+    REQUIRE(std::system(both.c_str()) == 0);
+    CHECK(results_in(directory / "out") == results_in(directory / "one"));
+    std::filesystem::remove_all(directory / "out");
+  }
+}
+#endif
 
 TEST_CASE("parts that are none, or of a stage that has none, are wrong usage") {
   const temporary_directory directory;

@@ -18,7 +18,7 @@ same_as_one() { # of the results, the maps, and nothing half written
 }
 
 snakemake --snakefile examples/workflows/Snakefile --cores 2 --quiet all --directory "$folder" \
-  --config scans="$folder/scans" out="$folder/snakemake" parts=3 program="$REGISTER_SURVEY"
+  --config scans="$folder/scans" out="$folder/snakemake" parts=3 program="$REGISTER_SURVEY" >/dev/null
 same_as_one "$folder/snakemake" Snakemake
 
 examples/workflows/parallel.sh "$folder/scans" "$folder/parallel" 3 >/dev/null

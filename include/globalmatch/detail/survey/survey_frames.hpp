@@ -51,13 +51,13 @@ struct levelled_prior {
   bool has_yaw() const { return std::isfinite(given->yaw); }
 
   /// Residuals under a transform of the component, in standard deviations.
-  double off_in_plan(const plan_pose& moved) const {
+  double plan_residual(const plan_pose& moved) const {
     return has_place() ? (moved * origin.xy() - measured).norm() / given->sigma_plan : 0;
   }
-  double off_in_yaw(const plan_pose& moved) const {
+  double yaw_residual(const plan_pose& moved) const {
     return has_yaw() ? std::abs(wrapped(moved.yaw + yaw - given->yaw)) / given->sigma_yaw : 0;
   }
-  double off_in_height(double raise) const {
+  double height_residual(double raise) const {
     return has_height() ? std::abs(origin.z + raise - given->position.z()) / given->sigma_height : 0;
   }
 };
@@ -87,7 +87,7 @@ inline double first_turn(std::span<const levelled_prior> priors) {
     if (!p.has_yaw()) continue;
     double sum = 0;
     for (const levelled_prior& other : priors)
-      sum += std::min(tukey_constant, other.off_in_yaw({{0, 0}, p.given->yaw - p.yaw}));
+      sum += std::min(tukey_constant, other.yaw_residual({{0, 0}, p.given->yaw - p.yaw}));
     if (sum < least) least = sum, best = p.given->yaw - p.yaw;
   }
   if (std::isfinite(least)) return best;
@@ -144,12 +144,12 @@ inline plan_pose fit_plan(std::span<levelled_prior> priors) {
   for (int iteration = 0; iteration < 2; ++iteration) improve(moved, priors);
   double largest = 0;
   for (const levelled_prior& p : priors)
-    largest = std::max({largest, p.off_in_plan(moved), p.off_in_yaw(moved)});
+    largest = std::max({largest, p.plan_residual(moved), p.yaw_residual(moved)});
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const double limit = std::max(tukey_constant, 2 * largest);
     for (levelled_prior& p : priors) {
-      p.agreement = tukey_weight(std::pow(p.off_in_plan(moved) / limit, 2));
-      p.yaw_agreement = tukey_weight(std::pow(p.off_in_yaw(moved) / limit, 2));
+      p.agreement = tukey_weight(std::pow(p.plan_residual(moved) / limit, 2));
+      p.yaw_agreement = tukey_weight(std::pow(p.yaw_residual(moved) / limit, 2));
     }
     if (improve(moved, priors) < converged && largest == 0) break;
     largest = largest > 1 ? largest / 2 : 0;
@@ -169,7 +169,7 @@ inline double fit_raise(std::span<const levelled_prior> priors) {
     double sum = 0, total = 0;
     for (const levelled_prior& p : priors) {
       if (!p.has_height()) continue;
-      const double off = p.off_in_height(raise) / tukey_constant;
+      const double off = p.height_residual(raise) / tukey_constant;
       const double weight = tukey_weight(off * off) / (p.given->sigma_height * p.given->sigma_height);
       sum += weight * (p.given->position.z() - p.origin.z);
       total += weight;
@@ -185,7 +185,7 @@ inline void note_deviations(survey& s, std::span<const levelled_prior> priors, c
                             double raise) {
   for (const levelled_prior& p : priors)
     s.scans[p.given->scan].prior_deviations =
-        std::max({p.off_in_plan(moved), p.off_in_yaw(moved), p.off_in_height(raise)});
+        std::max({p.plan_residual(moved), p.yaw_residual(moved), p.height_residual(raise)});
 }
 
 /// Moves a component to where its priors have it, and says by how much each of these is off.
