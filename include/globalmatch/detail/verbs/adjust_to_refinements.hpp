@@ -124,9 +124,9 @@ class adjusted_maps {
   adjusted_maps(const std::vector<std::uint8_t>& held, disjoint_sets connected) {
     std::vector<std::uint8_t> has_held(held.size());
     for (std::uint32_t m = 0; m < held.size(); ++m)
-      if (held[m]) has_held[connected.root(m)] = true;
+      if (held[m]) has_held[connected.find(m)] = true;
     for (std::uint32_t m = 0; m < held.size(); ++m)
-      is_adjusted_.push_back(!held[m] && has_held[connected.root(m)]);
+      is_adjusted_.push_back(!held[m] && has_held[connected.find(m)]);
   }
   bool operator()(std::size_t map) const { return is_adjusted_[map] != 0; }
 
