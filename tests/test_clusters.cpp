@@ -68,25 +68,6 @@ TEST_CASE("clusters of cells equal brute-force union-find over cells") {
   }
 }
 
-TEST_CASE("joined sets have one representative, whichever was joined to which") {
-  random_source random(23);
-  for (int repetition = 0; repetition < 20; ++repetition) {
-    constexpr point_index count = 60;
-    disjoint_sets sets(count);
-    std::vector<point_index> label(count);
-    for (point_index i = 0; i < count; ++i) label[i] = i;
-    for (int joins = 0; joins < 40; ++joins) {
-      const point_index a = random.below(count), b = random.below(count);
-      sets.join(a, b);
-      const point_index from = label[a], to = label[b];
-      for (point_index& l : label)
-        if (l == from) l = to;
-    }
-    for (point_index i = 0; i < count; ++i)
-      for (point_index j = 0; j < count; ++j) CHECK((sets.find(i) == sets.find(j)) == (label[i] == label[j]));
-  }
-}
-
 TEST_CASE("without cells, or without stem cells, there are no clusters of cells") {
   const cell_columns none = sort_into_cells(local_points{}, 0.05);
   CHECK(cluster_cells(none, {}, {}, 1).size() == 0);

@@ -1,5 +1,7 @@
 #include "globalmatch/detail/core/disjoint_sets.hpp"
 
+#include <vector>
+
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
@@ -7,21 +9,23 @@ namespace globalmatch {
 
 using namespace detail;
 
-TEST_CASE("numbers are in one set where a chain of joins connects them") {
-  constexpr std::uint32_t count = 60;
-  random_source random(1);
-  disjoint_sets sets(count);
-  std::vector<std::uint32_t> label(count);  // of each number: joined ones are relabelled, the slow way
-  for (std::uint32_t i = 0; i < count; ++i) label[i] = i;
-  for (int join = 0; join < 50; ++join) {
-    const auto a = std::uint32_t(count * random.uniform()), b = std::uint32_t(count * random.uniform());
-    CHECK(sets.join(a, b) == (label[a] != label[b]));
-    const std::uint32_t from = label[a], to = label[b];
-    for (std::uint32_t& l : label)
-      if (l == from) l = to;
+TEST_CASE("joined sets have one representative, whichever was joined to which") {
+  random_source random(23);
+  for (int repetition = 0; repetition < 20; ++repetition) {
+    constexpr point_index count = 60;
+    disjoint_sets sets(count);
+    std::vector<point_index> label(count);
+    for (point_index i = 0; i < count; ++i) label[i] = i;
+    for (int joins = 0; joins < 40; ++joins) {
+      const point_index a = random.below(count), b = random.below(count);
+      CHECK(sets.join(a, b) == (label[a] != label[b]));
+      const point_index from = label[a], to = label[b];
+      for (point_index& l : label)
+        if (l == from) l = to;
+    }
+    for (point_index i = 0; i < count; ++i)
+      for (point_index j = 0; j < count; ++j) CHECK((sets.find(i) == sets.find(j)) == (label[i] == label[j]));
   }
-  for (std::uint32_t i = 0; i < count; ++i)
-    for (std::uint32_t k = 0; k < count; ++k) CHECK((sets.root(i) == sets.root(k)) == (label[i] == label[k]));
 }
 
 }  // namespace globalmatch

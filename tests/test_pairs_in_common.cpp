@@ -59,7 +59,7 @@ TEST_CASE("pairs connect all scans of a component, be it by a link without trees
     disjoint_sets sets(8);
     for (const pair_to_refine& p : pairs_in_common(s, 1))
       sets.join(std::uint32_t(p.source), std::uint32_t(p.target));
-    return sets.root(0) == sets.root(7);
+    return sets.find(0) == sets.find(7);
   };
   CHECK_FALSE(connects());
   s.links.push_back({.source = 2, .target = 6, .used = true});

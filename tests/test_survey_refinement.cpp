@@ -62,7 +62,7 @@ struct pose_errors {
   pose_errors(const survey& s, const surveyed_stand& stand) {
     const std::size_t reference = reference_of(s);
     for (std::size_t m = 0; m < s.scans.size(); ++m) {
-      if (!s.scans[m].uncertainty) continue;
+      if (!s.scans[m].uncertainty || s.scans[m].component != 0) continue;
       const Eigen::Isometry3d truth = stand.scan_from_stand[reference] * stand.scan_from_stand[m].inverse();
       const Eigen::Vector3d center = truth.inverse() * s.scans[m].uncertainty->center,
                             off = s.scans[m].survey_from_scan * center - truth * center;
@@ -351,6 +351,23 @@ TEST_CASE("a refinement that is cancelled leaves the survey as it was, and bad o
   std::vector<refined_pair> pairs(1);
   pairs[0].start.source = 7;
   CHECK_THROWS_AS(apply_refinements(s, pairs), std::invalid_argument);
+  pairs[0].start.source = 1;
+  CHECK_THROWS_WITH(apply_refinements(s, pairs), Catch::Contains("4 x 4"));
+  CHECK_THROWS_WITH(refine_pair(stand.maps[0], stand.maps[1], {}), Catch::Contains("4 x 4"));
+}
+
+TEST_CASE("components are refined each by itself") {
+  random_source random(13);
+  const surveyed_stand one(4, random), other(3, random);
+  std::vector<stem_map> maps = one.maps;
+  maps.insert(maps.end(), other.maps.begin(), other.maps.end());
+  survey s = register_survey(maps), alone = register_survey(one.maps);
+  REQUIRE(s.components == 2);
+  refine_survey(s, [&](std::size_t m) { return maps[m]; });
+  refine_survey(alone, one.loader());
+  for (std::size_t m = 0; m < 4; ++m)
+    CHECK(s.scans[m].survey_from_scan.isApprox(alone.scans[m].survey_from_scan, 1e-6));
+  CHECK(pose_errors(s, one).height < 0.002);
 }
 
 }  // namespace globalmatch

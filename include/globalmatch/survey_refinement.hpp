@@ -45,7 +45,8 @@ inline std::vector<pair_to_refine> pairs_to_refine(const survey& s, const refine
 /// the samples shift and turn where it moves them no further than both uncertainties allow. `source` and
 /// `target` are the maps of the pair's scans, with their samples; what they lack leaves the start, with the
 /// reason. The uncertainty is that of residuals which stems and places have in common. Throws
-/// `std::invalid_argument` naming a bad option, and `operation_cancelled`. Cost: some 50 ms of CPU.
+/// `std::invalid_argument` naming a bad option or an uncertainty that is not 4 x 4, and
+/// `operation_cancelled`. Cost: some 50 ms of CPU.
 inline refined_pair refine_pair(const stem_map& source, const stem_map& target, const pair_to_refine& pair,
                                 const refinement_options& options = {}, const execution& exec = {}) {
   require_valid(options);

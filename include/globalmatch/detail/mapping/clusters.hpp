@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "globalmatch/detail/core/disjoint_sets.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/mapping/cell_columns.hpp"
 #include "globalmatch/detail/mapping/verticality.hpp"
@@ -27,34 +28,6 @@ struct point_clusters {
   std::span<const point_index> operator[](std::size_t c) const {
     return std::span(members).subspan(first[c], first[c + 1] - first[c]);
   }
-};
-
-/// Disjoint sets whose representative is their least member, so that the order of joining does not matter.
-class disjoint_sets {
- public:
-  explicit disjoint_sets(std::size_t count) : parent_(count) {
-    for (std::size_t i = 0; i < count; ++i) parent_[i] = static_cast<point_index>(i);
-  }
-  point_index find(point_index i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  /// That of each member. It is never greater than any other, so that one pass tells all.
-  const std::vector<point_index>& representatives() {
-    for (point_index& parent : parent_) parent = parent_[parent];
-    return parent_;
-  }
-  void join(point_index i, point_index j) {
-    i = find(i);
-    j = find(j);
-    if (i < j)
-      parent_[j] = i;
-    else
-      parent_[i] = j;
-  }
-
- private:
-  std::vector<point_index> parent_;
 };
 
 /// Joins cells, directly or through others, by steps of at most as many cells as either's surface extends;

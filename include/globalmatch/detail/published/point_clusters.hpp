@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "globalmatch/detail/core/disjoint_sets.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/neighbors.hpp"
 #include "globalmatch/detail/core/threads.hpp"

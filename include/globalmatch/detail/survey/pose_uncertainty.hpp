@@ -3,9 +3,17 @@
 
 #include <Eigen/Geometry>
 
+#include <stdexcept>
+
 #include "globalmatch/matching.hpp"
 
 namespace globalmatch::detail {
+
+/// Throws `std::invalid_argument` for a covariance that is not 4 x 4.
+inline void require_four_rows(const transform_uncertainty& u) {
+  if (u.covariance.rows() != 4 || u.covariance.cols() != 4)
+    throw std::invalid_argument("uncertainty: the covariance of a pair must be 4 x 4");
+}
 
 /// The same 4 x 4 uncertainty about another center [m].
 inline transform_uncertainty about(const transform_uncertainty& u, const Eigen::Vector3d& center) {

@@ -171,10 +171,10 @@ class height_adjustment {
     }
     std::vector<std::uint8_t> is_fixed(maps_.size());
     for (std::uint32_t m = 0; m < maps_.size(); ++m)
-      if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[connected.root(m)] = true;
+      if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[connected.find(m)] = true;
     bool any = false;
     for (std::uint32_t m = 0; m < maps_.size(); ++m)
-      if (heights_.known[m] && !is_fixed[connected.root(m)]) heights_.known[m] = false, any = true;
+      if (heights_.known[m] && !is_fixed[connected.find(m)]) heights_.known[m] = false, any = true;
     return any;
   }
 

@@ -111,11 +111,13 @@ struct levelled_pair {
   }
 };
 
-inline void require_placed(const survey& s, std::span<const refined_pair> pairs) {
-  for (const refined_pair& p : pairs)
+inline void require_valid_pairs(const survey& s, std::span<const refined_pair> pairs) {
+  for (const refined_pair& p : pairs) {
     for (const std::size_t scan : {p.start.source, p.start.target})
       if (scan >= s.scans.size() || !s.scans[scan].uncertainty || p.start.source == p.start.target)
         throw std::invalid_argument("pairs: scan " + std::to_string(scan) + " was not placed");
+    require_four_rows(p.uncertainty);
+  }
 }
 
 /// Maps that measurements connect with one that is held, and those alone are adjusted.
@@ -124,9 +126,9 @@ class adjusted_maps {
   adjusted_maps(const std::vector<std::uint8_t>& held, disjoint_sets connected) {
     std::vector<std::uint8_t> has_held(held.size());
     for (std::uint32_t m = 0; m < held.size(); ++m)
-      if (held[m]) has_held[connected.root(m)] = true;
+      if (held[m]) has_held[connected.find(m)] = true;
     for (std::uint32_t m = 0; m < held.size(); ++m)
-      is_adjusted_.push_back(!held[m] && has_held[connected.root(m)]);
+      is_adjusted_.push_back(!held[m] && has_held[connected.find(m)]);
   }
   bool operator()(std::size_t map) const { return is_adjusted_[map] != 0; }
 
@@ -316,7 +318,7 @@ inline void update_residuals(survey& s) {
 
 GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const refined_pair> refined,
                                               build_mode) {
-  require_placed(result, refined);
+  require_valid_pairs(result, refined);
   const survey before = result;
   levelled_survey levelled(before);
   adjust_tilts(result, refined, levelled);

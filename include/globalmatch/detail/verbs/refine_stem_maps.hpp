@@ -102,6 +102,7 @@ GLOBALMATCH_INLINE refined_pair refine_stem_maps(const stem_map& source, const s
                                                  const pair_to_refine& pair,
                                                  const refinement_options& options, const execution& exec,
                                                  build_mode) {
+  require_four_rows(pair.uncertainty);
   const parallel_scope scope(exec, "refinement");
   refined_pair result;
   result.start = pair;
