@@ -79,6 +79,7 @@ struct survey_run {
   survey found;
   stage_times times;
   double memory = 0;                ///< [MB]
+  std::size_t tilted = 0;           ///< maps whose verticals are taken to lean: none does
   std::vector<std::size_t> misled;  ///< maps whose links were made wrong coherently
 };
 
@@ -120,6 +121,10 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
     use_supported_links(links, maps.size(), max_log10_nfa);
   }
   run.local = solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max());
+  report_progress(exec, "verticals", 0);
+  run.tilted =
+      std::size_t(std::ranges::count_if(find_tilts(run.maps, run.local.links, run.local.adjusted.poses, exec),
+                                        [](const vec2& t) { return t.norm() > 0; }));
   report_progress(exec, "description", 0);
   describe(run.found, run.local);
   run.times.start("");

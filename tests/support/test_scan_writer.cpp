@@ -162,7 +162,7 @@ TEST_CASE("an attribute that does not fit in one scan keeps its place in the oth
   CHECK(values_of(merged, "intensity_value") == std::vector<double>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -12.5});
 }
 
-TEST_CASE("text, PTX, PTS, PCD, E57 and tiles give their attributes") {
+TEST_CASE("text, PTX, PTS, PCD and tiles give their attributes") {
   const temporary_directory directory;
   const auto values = [&](const std::filesystem::path& path, const std::string& name) {
     write_scan(directory / "out.las", open_scan(path, all_points_kept));
@@ -191,16 +191,6 @@ TEST_CASE("text, PTX, PTS, PCD, E57 and tiles give their attributes") {
                               "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
                               "property float z\nproperty uchar intensity\nend_header\n1 2 3 7\n"),
                "intensity") == numbers{7});
-  const written_scan e57{{double_field("cartesianX", {1, 2}), double_field("cartesianY", {3, 4}),
-                          double_field("cartesianZ", {5, 6}), float_field("intensity", {0.5f, 0.25f}),
-                          integer_field("colorRed", 0, 255, {7, 255}),
-                          integer_field("returnIndex", 0, 3, {0, 2}),
-                          integer_field("rowIndex", -5, 70'000, {-5, 70'000})}};
-  const auto e57_path = directory.file("a.e57", e57_file({e57}));
-  CHECK(values(e57_path, "intensity") == numbers{32768, 16384});
-  CHECK(values(e57_path, "red") == numbers{7 * 257, 65535});
-  CHECK(values(e57_path, "return_number") == numbers{1, 3});
-  CHECK(values(e57_path, "rowIndex") == numbers{-5, 70'000});
   std::filesystem::create_directory(directory / "tiles");
   directory.file("tiles/1.las", made_las_bytes(3, 1, 50));
   directory.file("tiles/2.las", made_las_bytes(3, 1, 5000));

@@ -33,8 +33,9 @@ inline void refine_height(const stem_map& source, const stem_map& target, refine
     pair.reason = "too little ground is seen by both scans";
     return;
   }
-  pair.target_from_source.pretranslate(found->offset * target.up);
-  pair.uncertainty.center += found->offset * target.up;
+  const Eigen::Vector3d shift = found->offset * pair.uncertainty.up;
+  pair.target_from_source.pretranslate(shift);
+  pair.uncertainty.center += shift;
   set_height_variance(pair.uncertainty, found->sigma * found->sigma);
   pair.is_height_refined = true;
 }
@@ -70,19 +71,27 @@ inline void keep_height_of(const refined_pair& pair, const Eigen::Vector3d& up, 
   set_height_variance(uncertainty, sigma * sigma);
 }
 
+/// Whether the start turns the vertical of one map against that of the other: the survey found one to lean.
+inline bool leans(const stem_map& source, const stem_map& target, const refined_pair& pair) {
+  constexpr double min_lean = 1e-3;  // [rad]
+  return (pair.target_from_source.linear() * source.up).cross(target.up).norm() > min_lean;
+}
+
 /// Follows ICP where it converges, and moves no further in plan than its uncertainty and that of the start
 /// allow.
 inline void refine_shift_and_turn(const stem_map& source, const stem_map& target, const icp_options& options,
                                   const execution& exec, refined_pair& pair) {
   icp_uncertainty found;
-  icp_result icp = refine_by_samples(source, target, pair.target_from_source, degrees_of_freedom::four,
-                                     pair.is_height_refined, options, exec, &found);
+  icp_result icp =
+      refine_by_samples(source, target, pair.target_from_source,
+                        leans(source, target, pair) ? degrees_of_freedom::six : degrees_of_freedom::four,
+                        pair.is_height_refined, options, exec, &found);
   if (!icp.converged || !found.is_determined) {
     pair.reason = "too few samples of both scans are of the same surfaces for ICP to converge";
     return;
   }
   transform_uncertainty uncertainty = uncertainty_of(found, target);
-  keep_height_of(pair, target.up, icp, uncertainty);
+  keep_height_of(pair, pair.uncertainty.up, icp, uncertainty);
   if (!moves_within(sum_of(pair.start.uncertainty, uncertainty), pair.start.target_from_source,
                     icp.target_from_source)) {
     pair.reason = "ICP moves further than the stems allow";

@@ -18,6 +18,7 @@
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
 #include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
+#include "globalmatch/detail/survey/find_tilts.hpp"
 #include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/map_links.hpp"
@@ -87,6 +88,18 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   return s;
 }
 
+/// Turns maps upright whose verticals lean against those of most; false where none does.
+inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s, const execution& exec) {
+  const std::vector<vec2> tilts = find_tilts(maps, s.links, s.adjusted.poses, exec);
+  bool any = false;
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    if (!(tilts[m].norm() > 0)) continue;
+    maps[m] = turned_upright(maps[m], tilts[m], s.adjusted.poses[m].yaw);
+    any = true;
+  }
+  return any;
+}
+
 inline void describe(survey& result, const local_survey& s) {
   describe_scans(result, s);
   describe_links(result, s);
@@ -139,14 +152,21 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
                                              const survey_options& options, const execution& exec,
                                              build_mode) {
   const parallel_scope scope(exec, "survey");
-  const std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
+  constexpr int max_levellings = 2;
+  std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
   const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
   survey result;
-  std::vector<survey_link> links =
-      find_links(maps, max_log10_nfa, known_links(matches, maps, max_log10_nfa), result.candidates, exec);
-  report_progress(exec, "adjustment", 0);
+  std::vector<map_links> asked = known_links(matches, maps, max_log10_nfa);
+  local_survey solved;
+  for (int levelling = 0;; ++levelling) {
+    std::vector<survey_link> links =
+        find_links(maps, max_log10_nfa, std::move(asked), result.candidates, exec);
+    report_progress(exec, "adjustment", 0);
+    solved = solve_links(maps, std::move(links), known_poses_of(options, maps));
+    if (levelling == max_levellings || !level_maps(maps, solved, exec)) break;
+    asked.clear();
+  }
   const known_poses known = known_poses_of(options, maps);
-  const local_survey solved = solve_links(maps, std::move(links), known);
   describe(result, solved);
   use_known_frames(result, options, [&](int component) -> std::optional<std::size_t> {
     for (std::size_t m = 0; m < maps.size(); ++m)
