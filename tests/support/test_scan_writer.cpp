@@ -6,7 +6,6 @@
 #include <random>
 
 #include "catch.hpp"
-#include "e57_writer.hpp"
 #include "las_checks.hpp"
 #include "support/scan_sets.hpp"
 #include "written_scans.hpp"
