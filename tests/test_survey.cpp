@@ -116,6 +116,7 @@ TEST_CASE("a survey places every map of a forest within 3 cm") {
   CHECK(result.candidates >= result.links.size());
   std::vector<std::size_t> links(maps.size());
   std::set<std::pair<std::size_t, std::size_t>> pairs;
+  std::size_t closed = 0;  // links
   for (std::size_t l = 0; l < result.links.size(); ++l) {
     const survey::link& link = result.links[l];
     if (l > 0)
@@ -126,10 +127,17 @@ TEST_CASE("a survey places every map of a forest within 3 cm") {
     ++links[link.source], ++links[link.target];
     CHECK(link.correspondences >= 4);
     CHECK(link.residual < 0.2);
+    CHECK(link.sigma_plan > 5e-4);
+    CHECK(link.sigma_plan < 0.05);
+    CHECK(link.sigma_yaw > 5e-5);
+    CHECK(link.sigma_yaw < 0.01);
+    CHECK_FALSE(link.closure > 0.2);
+    closed += link.closure < 0.05;
     const Eigen::Isometry3d adjusted =
         result.scans[link.target].survey_from_scan.inverse() * result.scans[link.source].survey_from_scan;
     CHECK((adjusted.inverse() * link.target_from_source).translation().norm() < 1);
   }
+  CHECK(2 * closed > result.links.size());
   for (std::size_t m = 0; m < maps.size(); ++m) {
     CHECK(result.scans[m].links == links[m]);
     CHECK(result.scans[m].check_median < 0.08);

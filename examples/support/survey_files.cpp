@@ -100,13 +100,17 @@ void write_poses(const fs::path& path, const std::vector<survey_row>& rows, cons
 
 void write_links(const fs::path& path, const std::vector<std::string>& names, const survey& result) {
   atomic_file file(path);
-  file.stream() << "source,target,tx,ty,tz,qx,qy,qz,qw,log10_nfa,inliers,rms,residual,cycles,used\n";
+  file.stream()
+      << "source,target,tx,ty,tz,qx,qy,qz,qw,sigma_plan,sigma_yaw_deg,nfa,log10_nfa,inliers,rms,residual,"
+         "closure,cycles,used\n";
   for (const survey::link& l : result.links) {
     file.stream() << field(names[l.source]) << ',' << field(names[l.target]) << ',';
     write_pose(file.stream(), l.target_from_source);
-    file.stream() << ',' << l.log10_nfa << ',' << l.correspondences << ',' << l.rms << ',';
+    file.stream() << ',' << l.sigma_plan << ',' << l.sigma_yaw * 180 / std::numbers::pi << ','
+                  << std::pow(10, l.log10_nfa) << ',' << l.log10_nfa << ',' << l.correspondences << ','
+                  << l.rms << ',';
     if (l.used) file.stream() << l.residual;
-    file.stream() << ',' << l.supporting_cycles << ',' << (l.used ? 1 : 0) << '\n';
+    file.stream() << ',' << known{l.closure} << ',' << l.supporting_cycles << ',' << (l.used ? 1 : 0) << '\n';
   }
   file.commit();
 }

@@ -102,9 +102,14 @@ struct survey {
     std::size_t correspondences = 0;    ///< stems paired
     double inlier_threshold = 0;        ///< [m] at which they were
     double rms = 0;                     ///< [m] distance in plan of paired stems
+    double sigma_plan = 0;              ///< [m] along each axis, at the centroid of the paired stems
+    double sigma_yaw = 0;               ///< [rad] about that
     std::size_t supporting_cycles = 0;  ///< of three links, that close
-    double residual = 0;                ///< [m] in plan, at the paired stems, from the adjusted poses
-    bool used = false;                  ///< in the adjustment
+    /// [m] in plan, at that centroid: median over the cycles of three links that are used; not a number
+    /// without any.
+    double closure = std::numeric_limits<double>::quiet_NaN();
+    double residual = 0;  ///< [m] in plan, at the paired stems, from the adjusted poses
+    bool used = false;    ///< in the adjustment
   };
 
   /// A stem of a scan.

@@ -72,6 +72,60 @@ TEST_CASE("register_survey keeps the reference of an earlier run, and the pose o
   CHECK((read_transform(directory / "out/T_s3.txt").translation() - poses[2].translation()).norm() < 0.03);
 }
 
+TEST_CASE("register_survey takes several fixed scans, and the frame of priors where there are none") {
+  const temporary_directory directory;
+  const auto poses = write_three(directory);
+  const std::string maps = "--stem-maps s1.csv s2.csv s3.csv --out-dir out";
+  write_transform(directory / "F1.txt", poses[0]);
+  write_transform(directory / "F3.txt", poses[2]);
+  REQUIRE(call(directory, "register_survey", maps + " --fix s1=F1.txt --fix s3=F3.txt").status == 0);
+  CHECK(bytes_of(directory / "out/T_s1.txt") == bytes_of(directory / "F1.txt"));
+  CHECK(bytes_of(directory / "out/T_s3.txt") == bytes_of(directory / "F3.txt"));
+  CHECK((read_transform(directory / "out/T_s2.txt").translation() - poses[1].translation()).norm() < 0.03);
+
+  std::ofstream priors(directory / "priors.csv");
+  priors << "scan,x,y,z,yaw_deg,sigma_xy,sigma_z,sigma_yaw_deg\n"
+         << "s1," << poses[0](0, 3) + 1000 << ',' << poses[0](1, 3) << ",502.5,,0.1,0.1,\n"
+         << "s2,,,,114.59,,,1\n\n"
+         << "s3," << poses[2](0, 3) + 1000 << ',' << poses[2](1, 3) << ",,,0.1,,\n"
+         << "s9,1,2,3,,1,1,\n";
+  priors.close();
+  const support::run placed = call(directory, "register_survey", maps + " --priors priors.csv");
+  REQUIRE(placed.status == 0);
+  CHECK_THAT(placed.complaint, Contains("s9: no scan of that name"));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d found = read_transform(directory / ("out/T_s" + std::to_string(i + 1) + ".txt"));
+    CHECK((found.translation() - Eigen::Vector3d(1000, 0, 500) - poses[i].translation()).norm() < 0.05);
+  }
+}
+
+TEST_CASE("register_survey names priors that disagree, and tables that it does not understand") {
+  const temporary_directory directory;
+  const auto poses = write_three(directory);
+  const auto written = [&](const std::string& table) {
+    std::ofstream(directory / "priors.csv") << table;
+    return call(directory, "register_survey",
+                "--stem-maps s1.csv s2.csv s3.csv --out-dir out --priors priors.csv");
+  };
+  const support::run off = written("scan,yaw_deg,sigma_yaw_deg\ns1,17.19,1\ns2,114.59,1\ns3,90,1\n");
+  CHECK(off.status == 0);
+  CHECK_THAT(off.complaint, Contains("s3: its prior is 147 standard deviations off"));
+  for (const auto& [table, problem] :
+       std::vector<std::pair<std::string, std::string>>{{"", "empty"},
+                                                        {"name,x,y\n", "has the header"},
+                                                        {"x,y,sigma_xy\n", "no column scan"},
+                                                        {"scan,x,y,sigma_xy\ns1,1,2,\n", "sigma_xy must be"},
+                                                        {"scan,x,y,sigma_xy\ns1,1,,3\n", "both or neither"},
+                                                        {"scan,x,y,sigma_xy\ns1,a,2,3\n", "line 2"},
+                                                        {"scan,x,y,sigma_xy\ns1,1,2,3,4\n", "more fields"},
+                                                        {"scan,x,y,sigma_xy\n,1,2,3\n", "no name"}}) {
+    CAPTURE(table);
+    const support::run refused = written(table);
+    CHECK(refused.status == 2);
+    CHECK_THAT(refused.complaint, Contains(problem));
+  }
+}
+
 TEST_CASE("register_survey names what it cannot place, and does the rest") {
   const temporary_directory directory;
   write_three(directory);
@@ -152,7 +206,8 @@ TEST_CASE("register_survey refines scans by their samples, and no pair twice") {
   };
   REQUIRE(call(directory, "register_survey", all).status == 0);
   CHECK(error() < 0.003);
-  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains(" of 3 pairs of scans by their stems, 3 by their ground"));
+  CHECK_THAT(bytes_of(directory / "stdout.log"),
+             Contains(" of 3 pairs of scans by their stems, 3 by their ground"));
   CHECK(nlohmann::json::parse(bytes_of(directory / "out/survey.json"))["refinement"]["pairs"] == 3);
   const auto file = [&](int source, int target) {
     return directory /

@@ -73,26 +73,39 @@ inline double variance_at(const survey_link& link, double arm) {
   return link.covariance(0, 0) + link.covariance(1, 1) + link.covariance(2, 2) * arm * arm;
 }
 
+/// How far link `l` and the two others of a cycle of three place the center of `l` apart.
+struct cycle_closure {
+  vec2 by_link, by_others;  ///< [m] in the third map
+  double turn = 0;          ///< [rad]
+
+  cycle_closure(const link_graph& graph, const survey_link& l, const link_graph::edge& of_source,
+                const link_graph::edge& of_target) {
+    const plan_pose third_from_source = graph.neighbor_from(l.source, of_source),
+                    third_from_target = graph.neighbor_from(l.target, of_target);
+    by_link = third_from_target * l.center;
+    by_others = third_from_source * l.center_in_source();
+    turn = wrapped(third_from_target.yaw + l.target_from_source.yaw - third_from_source.yaw);
+  }
+  double distance() const { return (by_link - by_others).norm(); }
+};
+
 /// Whether link `l` and the two others of a cycle of three agree where they place the center of `l`: within
 /// four standard deviations, and what these leave out of account.
 inline bool is_closed(const link_graph& graph, const survey_link& l, const link_graph::edge& of_source,
                       const link_graph::edge& of_target) {
   constexpr double deviations = 4, shift_floor = 0.05, yaw_floor = 0.005;  // [m] [rad]
-  const plan_pose third_from_source = graph.neighbor_from(l.source, of_source),
-                  third_from_target = graph.neighbor_from(l.target, of_target);
-  const vec2 by_link = third_from_target * l.center, by_others = third_from_source * l.center_in_source();
+  const cycle_closure closure(graph, l, of_source, of_target);
   double variance = shift_floor * shift_floor + variance_at(l, 0), yaw_variance = yaw_floor * yaw_floor;
   const auto center_in_third = [&](const link_graph::edge& e) {
     const survey_link& other = graph.link(e);
     return other.target == e.neighbor ? other.center : other.center_in_source();
   };
-  variance += variance_at(graph.link(of_source), (center_in_third(of_source) - by_others).norm());
-  variance += variance_at(graph.link(of_target), (center_in_third(of_target) - by_link).norm());
+  variance += variance_at(graph.link(of_source), (center_in_third(of_source) - closure.by_others).norm());
+  variance += variance_at(graph.link(of_target), (center_in_third(of_target) - closure.by_link).norm());
   for (const survey_link* of : {&l, &graph.link(of_source), &graph.link(of_target)})
     yaw_variance += of->covariance(2, 2);
-  const double turned = wrapped(third_from_target.yaw + l.target_from_source.yaw - third_from_source.yaw);
-  return (by_link - by_others).squared_norm() < deviations * deviations * variance &&
-         turned * turned < deviations * deviations * yaw_variance;
+  return closure.distance() < deviations * std::sqrt(variance) &&
+         closure.turn * closure.turn < deviations * deviations * yaw_variance;
 }
 
 /// Share of the pairs of a link whose stems, in the map that both have in common, the other does not pair.

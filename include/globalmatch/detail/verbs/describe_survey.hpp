@@ -191,7 +191,18 @@ inline double residual_of(const survey_link& l, const local_survey& s) {
   return std::sqrt(squares / double(std::max<std::size_t>(1, l.correspondences.size())));
 }
 
+/// Median distance [m] by which a link fails to close the cycles of three that are used; not a number where
+/// there are none.
+inline double closure_of(const survey_link& l, const link_graph& used) {
+  std::vector<double> distances;
+  used.for_each_common_neighbor(l.source, l.target, [&](const auto& of_source, const auto& of_target) {
+    distances.push_back(cycle_closure(used, l, of_source, of_target).distance());
+  });
+  return median(distances);
+}
+
 inline void describe_links(survey& result, const local_survey& s) {
+  const link_graph used(s.maps.size(), s.links, [](const survey_link& l) { return l.used; });
   for (const survey_link& l : s.links) {
     survey::link link;
     link.source = l.source;
@@ -206,6 +217,9 @@ inline void describe_links(survey& result, const local_survey& s) {
     link.correspondences = l.correspondences.size();
     link.inlier_threshold = l.inlier_threshold;
     link.rms = l.rms;
+    link.sigma_plan = std::sqrt((l.covariance(0, 0) + l.covariance(1, 1)) / 2);
+    link.sigma_yaw = std::sqrt(l.covariance(2, 2));
+    link.closure = closure_of(l, used);
     link.supporting_cycles = l.supporting_cycles;
     link.used = l.used;
     if (s.placed.parts.of[l.source] == s.placed.parts.of[l.target]) link.residual = residual_of(l, s);
