@@ -1,4 +1,4 @@
-// Registers the simulated scenes as `register_plot --all-pairs` does, and compares everything with the truth:
+// Registers each scan of the simulated scenes with every earlier one, and compares everything with the truth:
 // stem maps by precision and recall, pairs by right, wrong and refused, transforms by e_p, e_R and e_t.
 #include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/evaluation.hpp>

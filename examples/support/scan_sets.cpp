@@ -171,14 +171,6 @@ std::string name_of(const std::filesystem::path& scan) {
   return file.stem().string() + (number ? '_' + std::to_string(*number) : "");
 }
 
-bool is_same_scan(const std::filesystem::path& a, const std::filesystem::path& b) {
-  const auto [file_a, number_a] = parse_scan_name(a);
-  const auto [file_b, number_b] = parse_scan_name(b);
-  std::error_code ignored;
-  const bool is_same_file = file_a == file_b || std::filesystem::equivalent(file_a, file_b, ignored);
-  return number_a.value_or(1) == number_b.value_or(1) && is_same_file;
-}
-
 opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& options) {
   std::vector<std::unique_ptr<point_source>> parts;
   std::optional<scan_header> header;

@@ -22,9 +22,6 @@ std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem:
 /// several.
 std::string name_of(const std::filesystem::path& scan);
 
-/// Whether two names stand for one scan.
-bool is_same_scan(const std::filesystem::path& a, const std::filesystem::path& b);
-
 /// One scan whose points are those of all scans of a folder, in one frame, one file after the other. Throws
 /// `file_error`.
 opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& options = {});

@@ -204,14 +204,12 @@ TEST_CASE("unreadable input ends in status 2, names the file and leaves old resu
   directory.file("bad.csv", "a,b\n1,2\n");
   directory.file("scan.ply", "ply\nformat ascii 1.0\nelement vertex 3\n");
   directory.file("T.txt", "old");
-  directory.file("T_bad.txt", "old");
   const std::pair<const char*, const char*> calls[] = {
       {"match_stems", "good.csv bad.csv --out T.txt"},
       {"match_stems", "bad.csv good.csv --out T.txt"},
       {"match_stems", "good.csv absent.csv --out T.txt"},
       {"map_stems", "absent.ply --out T.txt"},
       {"register_scans", "scan.ply scan.ply --out T.txt"},
-      {"register_plot", "scan.ply bad.csv --out-dir ."},
       {"evaluate_registration", "T.txt --truth T.txt --scan scan.ply"},
   };
   for (const auto& [program, arguments] : calls) {
@@ -221,7 +219,6 @@ TEST_CASE("unreadable input ends in status 2, names the file and leaves old resu
     CHECK_THAT(result.complaint,
                Contains("bad.csv") || Contains("absent") || Contains("scan.ply") || Contains("T.txt"));
     CHECK(bytes_of(directory / "T.txt") == "old");
-    CHECK(bytes_of(directory / "T_bad.txt") == "old");
   }
 }
 
@@ -245,7 +242,7 @@ TEST_CASE("an output that cannot be written ends in status 2 before anything els
 }
 
 #ifdef GLOBALMATCH_HAS_SIMULATOR
-TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and register_plot") {
+TEST_CASE("simulated scans go through map_stems, match_stems and register_scans") {
   const temporary_directory directory;
   REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.2 --seed 5").status == 0);
   for (const char* name : {"scan_1.ply", "scan_2.ply", "pose_1.txt", "pose_2.txt", "stems.csv"})
@@ -289,9 +286,6 @@ TEST_CASE("simulated scans go through map_stems, match_stems, register_scans and
              "T.txt --source-pose pose_2.txt --target-pose pose_1.txt --scan scan_2.ply")
             .status == 0);
 
-  REQUIRE(call(directory, "register_plot", "scan_1.ply scan_2.ply --out-dir all").status == 0);
-  CHECK(bytes_of(directory / "all/T_scan_2.txt") == bytes_of(directory / "T.txt"));
-
   REQUIRE(call(directory, "04_step_by_step", "scan_2.ply scan_1.ply").status == 0);
   CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("fine"));
 }
@@ -316,35 +310,6 @@ TEST_CASE(
   CHECK(map_by("stems"));
   CHECK_FALSE(map_by("given"));
   CHECK(call(directory, "map_stems", "scan_1.ply --out 1.csv --vertical up").status == 2);
-}
-
-TEST_CASE("register_plot --all-pairs registers every scan with every earlier one, and names no file twice") {
-  const temporary_directory directory;
-  REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 0.2 --seed 5").status == 0);
-  REQUIRE(call(directory, "register_plot",
-               "scan_1.ply scan_2.ply scan_3.ply --out-dir all --all-pairs --icp none --json r.json")
-              .status == 0);
-  const auto pose = [&](int k) { return read_transform(directory / ("pose_" + std::to_string(k) + ".txt")); };
-  const auto error = [&](const char* file, int source, int target) {
-    const Eigen::Isometry3d truth = pose(target).inverse() * pose(source);
-    return (read_transform(directory / file).translation() - truth.translation()).norm();
-  };
-  CHECK(error("all/T_scan_2.txt", 2, 1) < 0.1);
-  CHECK(error("all/T_scan_3.txt", 3, 1) < 0.1);
-  CHECK(error("all/T_scan_3_on_scan_2.txt", 3, 2) < 0.1);
-  const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
-  CHECK(report["pairs"].size() == 3);
-  CHECK(report["pairs"][2]["name"] == "scan_3");
-  CHECK(report["pairs"][2]["target_name"] == "scan_2");
-
-  std::filesystem::rename(directory / "scan_3.ply", directory / "scan_3_on_scan_2.ply");
-  std::filesystem::copy(directory / "scan_1.ply", directory / "scan_3.ply");
-  const run clash =
-      call(directory, "register_plot",
-           "scan_1.ply scan_2.ply scan_3.ply scan_3_on_scan_2.ply --out-dir clash --all-pairs --icp none");
-  CHECK(clash.status == 2);
-  CHECK_THAT(clash.complaint, Contains("T_scan_3_on_scan_2.txt") && Contains("Rename"));
-  CHECK(!std::filesystem::exists(directory / "clash"));
 }
 
 TEST_CASE("simulate_plot with fewer stations than before leaves no scan of the earlier plot") {
