@@ -122,8 +122,9 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
   }
   run.local = solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max());
   report_progress(exec, "verticals", 0);
+  const auto verticals = tilts_of_links(run.maps, run.local.links, run.local.adjusted.poses, exec);
   run.tilted =
-      std::size_t(std::ranges::count_if(find_tilts(run.maps, run.local.links, run.local.adjusted.poses, exec),
+      std::size_t(std::ranges::count_if(find_tilts(run.local.links, verticals, run.local.placed.parts.of),
                                         [](const vec2& t) { return t.norm() > 0; }));
   report_progress(exec, "description", 0);
   describe(run.found, run.local);

@@ -313,20 +313,32 @@ TEST_CASE("several fixed scans keep their poses, and the others are adjusted bet
         one.scans[maps.size() - 2].uncertainty->covariance(0, 0));
 }
 
-TEST_CASE("a fixed scan whose links contradict its pose is not placed, and displaces no other") {
+TEST_CASE(
+    "a fixed scan that contradicts others, in plan, height, yaw or tilt, is placed where its stems are") {
   random_source random(42);
   const auto maps = maps_of_forest(90, random);
-  survey_options options;
-  for (const std::size_t m : {0, 3, 9}) options.fixed.push_back({m, maps[m].stand_from_scan});
-  options.fixed[1].survey_from_scan.pretranslate(Eigen::Vector3d(4, 0, 0));
-  const survey result = register_survey(stems_of(maps), options);
-  CHECK(result.scans[3].status != status::placed);
-  for (std::size_t m = 0; m < maps.size(); ++m) {
-    if (result.scans[m].status != status::placed || result.scans[m].component != 0) continue;
-    const Eigen::Vector3d off =
-        result.scans[m].survey_from_scan.translation() - maps[m].stand_from_scan.translation();
-    INFO("map " << m);
-    CHECK(off.norm() < 0.05);
+  const auto turn = [](double angle, const Eigen::Vector3d& axis) {
+    return Eigen::Isometry3d(Eigen::AngleAxisd(angle, axis));
+  };
+  const std::vector<Eigen::Isometry3d> errors = {
+      Eigen::Isometry3d(Eigen::Translation3d(0.07, 0, 0)), Eigen::Isometry3d(Eigen::Translation3d(4, 0, 0)),
+      Eigen::Isometry3d(Eigen::Translation3d(0, 0, 0.5)), turn(0.1, Eigen::Vector3d::UnitZ()),
+      turn(0.05, Eigen::Vector3d::UnitX())};
+  for (std::size_t e = 0; e < errors.size(); ++e) {
+    survey_options options;
+    for (const std::size_t m : {0, 3, 9}) options.fixed.push_back({m, maps[m].stand_from_scan});
+    options.fixed[1].survey_from_scan = options.fixed[1].survey_from_scan * errors[e];
+    const survey result = register_survey(stems_of(maps), options);
+    CHECK(result.scans[3].fixed_distance > 0.05);
+    CHECK(std::isnan(result.scans[0].fixed_distance));
+    CHECK(std::isnan(result.scans[9].fixed_distance));
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+      INFO("error " << e << ", map " << m);
+      REQUIRE(result.scans[m].status == status::placed);
+      const Eigen::Vector3d off =
+          result.scans[m].survey_from_scan.translation() - maps[m].stand_from_scan.translation();
+      CHECK(off.norm() < 0.03);
+    }
   }
 }
 

@@ -32,6 +32,7 @@ survey survey_of(std::size_t scans) {
     survey::scan scan;
     scan.status = i < scans ? survey::status::placed : survey::status::placed_alone;
     scan.component = i < scans ? 0 : 1;
+    scan.is_height_known = true;
     if (i < scans)
       scan.survey_from_scan =
           pose_of(20.0 * double(i), 3.0 * double(i % 2), 0.5 * double(i), 0.3 * double(i));
@@ -105,6 +106,7 @@ TEST_CASE("noise averages out, and what disagrees with most priors has no say an
   options.priors[7].position = -options.priors[7].position;
   use_known_frames(s, options, none_is_fixed);
   CHECK(plan_error(s, before, truth) < 1.5);
+  CHECK(s.frames[0].yaw_sigma == Approx(0.0045).epsilon(0.3));  // 10 places in a row of 20 m
   for (std::size_t i = 0; i < 12; ++i) {
     INFO("scan " << i);
     CHECK((s.scans[i].prior_deviations > 10) == (i == 3 || i == 7));
@@ -124,6 +126,32 @@ TEST_CASE("yaws alone turn, a position alone shifts, and both together place a s
   use_known_frames(shifted, options, none_is_fixed);
   CHECK(shifted.scans[1].survey_from_scan.isApprox(pose_of(100, 200, 0.5, 0.3), 1e-9));
   CHECK(shifted.scans[0].survey_from_scan.isApprox(pose_of(80, 197, 0, 0), 1e-9));
+}
+
+TEST_CASE("a place alone gives no direction, and heights that are guesses do not raise the frame") {
+  survey s = survey_of(3);
+  survey_options options;
+  options.priors = {{.scan = 1, .position = {431000.123, 5621000.456, 10}},
+                    {.scan = 2, .position = {unknown, unknown, 900}}};
+  s.scans[2].is_height_known = false;
+  use_known_frames(s, options, none_is_fixed);
+  CHECK(s.scans[0].survey_from_scan.linear().isIdentity(1e-12));
+  REQUIRE(s.frames.size() == 2);
+  CHECK(s.frames[0].source == survey::frame_source::priors);
+  CHECK(std::isinf(s.frames[0].yaw_sigma));
+  CHECK(s.frames[1].source == survey::frame_source::reference);
+  CHECK(s.scans[1].survey_from_scan.translation().z() == Approx(10));
+  CHECK(s.scans[2].prior_deviations == 0);
+}
+
+TEST_CASE("of several priors of a scan the one that is most off is told") {
+  survey s = survey_of(4);
+  random_source random(6);
+  survey_options options;
+  options.priors = priors_under(s, pose_of(1, 2, 3, 1), 0, random);
+  options.priors.insert(options.priors.begin(), {.scan = 1, .position = {900, 0, 0}});
+  use_known_frames(s, options, none_is_fixed);
+  CHECK(s.scans[1].prior_deviations > 500);
 }
 
 TEST_CASE("a compass that is off is outvoted by two that agree") {
@@ -159,6 +187,7 @@ TEST_CASE("fixed scans have their poses to the bit, and priors beside them are o
   survey_options options;
   options.priors = priors_under(s, truth, 0, random);
   options.priors[1].position.x() += 1;
+  for (const std::size_t held : {0, 2}) s.scans[held].uncertainty->covariance.setZero();
   options.fixed = {{2, truth * s.scans[2].survey_from_scan}, {0, truth * s.scans[0].survey_from_scan}};
   use_known_frames(s, options, [](int component) {
     return component == 0 ? std::optional<std::size_t>(2) : std::nullopt;

@@ -59,7 +59,7 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, work.names, result);
   support::write_placed_scans(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
-  support::report_priors(result, work.names);
+  support::report_constraints(result, options, work.names);
   report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
   return report;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <iostream>
+#include <numbers>
 #include <stdexcept>
 
 #include "support/survey_files.hpp"
@@ -48,12 +49,29 @@ survey_options survey_constraints::options_for(const survey_work& work,
   return options;
 }
 
-void report_priors(const survey& result, const std::vector<std::string>& names) {
+void report_constraints(const survey& result, const survey_options& options,
+                        const std::vector<std::string>& names) {
+  constexpr double known_yaw = 0.05;  // [rad]
+  for (std::size_t c = 0; c < result.frames.size(); ++c) {
+    const survey::frame& frame = result.frames[c];
+    const std::string component = "component " + std::to_string(c) + ": ";
+    if (frame.source == survey::frame_source::reference && !(options.fixed.empty() && options.priors.empty()))
+      std::cerr << component << "none of its scans is fixed or has a prior; its frame is that of a scan\n";
+    if (!std::isfinite(frame.yaw_sigma))
+      std::cerr << component
+                << "its priors do not tell the direction of its frame, which is that of a scan\n";
+    else if (frame.yaw_sigma > known_yaw)
+      std::cerr << component << "its priors tell the direction of its frame to "
+                << std::lround(frame.yaw_sigma * 180 / std::numbers::pi) << " degrees only\n";
+  }
   constexpr double agreeing = 4;  // standard deviations
   for (std::size_t i = 0; i < names.size(); ++i)
+    if (const double off = result.scans[i].fixed_distance; off > 0)
+      std::cerr << names[i] << ": its fixed pose is " << off
+                << " m from where its stems place it beside other fixed scans, and was left out\n";
+  for (std::size_t i = 0; i < names.size(); ++i)
     if (const double off = result.scans[i].prior_deviations; off > agreeing)
-      std::cerr << names[i] << ": its prior is " << std::lround(off)
-                << " standard deviations off, and was left out\n";
+      std::cerr << names[i] << ": its prior is " << std::lround(off) << " standard deviations off\n";
 }
 
 }  // namespace globalmatch::support

@@ -35,7 +35,9 @@ struct survey_constraints {
 };
 
 /// Names the scans that their priors have elsewhere than the survey, by more than four standard deviations,
-/// on standard error.
-void report_priors(const survey& result, const std::vector<std::string>& names);
+/// fixed ones that were not held, and components whose frame is not the one that was asked for, on standard
+/// error.
+void report_constraints(const survey& result, const survey_options& options,
+                        const std::vector<std::string>& names);
 
 }  // namespace globalmatch::support

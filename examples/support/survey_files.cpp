@@ -200,6 +200,7 @@ nlohmann::ordered_json describe(const std::vector<survey_row>& rows, const surve
       scan["survey_from_scan"] = numbers_of(s.survey_from_scan);
       scan["height_known"] = s.is_height_known;
       scan["links"] = s.links;
+      if (std::isfinite(s.fixed_distance)) scan["fixed_distance"] = s.fixed_distance;
       if (std::isfinite(s.prior_deviations)) scan["prior_deviations"] = s.prior_deviations;
       for (const Eigen::Isometry3d& other : s.alternatives) scan["alternatives"].push_back(numbers_of(other));
     }
@@ -207,8 +208,16 @@ nlohmann::ordered_json describe(const std::vector<survey_row>& rows, const surve
   }
   const auto used =
       std::count_if(result.links.begin(), result.links.end(), [](const auto& l) { return l.used; });
-  return {{"components", result.components}, {"links", result.links.size()}, {"links_used", used},
-          {"candidates", result.candidates}, {"trees", result.trees.size()}, {"scans", std::move(scans)}};
+  auto frames = nlohmann::ordered_json::array();
+  for (const survey::frame& f : result.frames)
+    frames.push_back({{"source", to_string(f.source)},
+                      {"sigma_yaw_deg", std::isfinite(f.yaw_sigma)
+                                            ? nlohmann::ordered_json(f.yaw_sigma * 180 / std::numbers::pi)
+                                            : nlohmann::ordered_json()}});
+  return {{"components", result.components}, {"frames", std::move(frames)},
+          {"links", result.links.size()},    {"links_used", used},
+          {"candidates", result.candidates}, {"trees", result.trees.size()},
+          {"scans", std::move(scans)}};
 }
 
 }  // namespace globalmatch::support

@@ -40,8 +40,9 @@ struct survey_options {
   double max_nfa = 1e-3;
   /// The scan whose frame is that of the survey. Empty: the one of most links in the largest component.
   std::optional<std::size_t> reference = {};
-  /// Their frame is that of the survey, in each component that has some; a scan whose links contradict its
-  /// pose is ambiguous, or alone.
+  /// Their frame is that of the survey, in each component that has some. Of several those are held that agree
+  /// with each other, as the links say, within the uncertainty of the survey; others are adjusted as any
+  /// scan, see `fixed_distance`.
   std::vector<survey_options::fixed_scan> fixed = {};
   /// Components without fixed scans are moved, each as a whole, to where it fits these best: the frame is
   /// then that of the priors. One that disagrees with others loses its weight.
@@ -52,8 +53,9 @@ struct survey_options {
 inline void require_valid(const survey_options& options) {
   if (!(options.max_nfa > 0)) throw std::invalid_argument("max_nfa must be positive");
   for (const survey_options::fixed_scan& f : options.fixed)
-    if (!f.survey_from_scan.matrix().allFinite())
-      throw std::invalid_argument("fixed: a matrix has a number that is not finite");
+    if (!f.survey_from_scan.matrix().allFinite() || !f.survey_from_scan.linear().isUnitary(1e-6) ||
+        f.survey_from_scan.linear().determinant() < 0)
+      throw std::invalid_argument("fixed: a matrix is no rotation and shift");
   for (const survey_options::prior& p : options.priors)
     if (!(p.sigma_plan > 0) || !(p.sigma_height > 0) || !(p.sigma_yaw > 0))
       throw std::invalid_argument("priors: standard deviations must be positive");
@@ -92,6 +94,16 @@ struct survey {
     /// By how many of its standard deviations its prior is off, the most of plan, height and yaw. Not a
     /// number where it has none.
     double prior_deviations = std::numeric_limits<double>::quiet_NaN();
+    /// [m] by which its fixed pose is off beside those of other fixed scans, so that it was not held; at the
+    /// centroid of its stems. Not a number where it was, or where none is known.
+    double fixed_distance = std::numeric_limits<double>::quiet_NaN();
+  };
+
+  /// What the frame of a component is that of.
+  enum class frame_source { reference, fixed, priors };
+  struct frame {
+    survey::frame_source source = survey::frame_source::reference;
+    double yaw_sigma = 0;  ///< [rad] by which priors know its direction; infinite where they do not
   };
 
   /// Two scans whose stems agree.
@@ -132,9 +144,15 @@ struct survey {
   std::vector<survey::tree> trees;  ///< of the placed scans
   double stem_sigma = 0;            ///< [m] of a stem of a scan, in plan, along each axis
   std::size_t components = 0;
+  std::vector<survey::frame> frames;  ///< of the components
   std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems
   bool cancelled = false;      ///< the progress callback said so; nothing else is filled
 };
+
+constexpr std::string_view to_string(survey::frame_source s) {
+  constexpr std::string_view names[] = {"reference", "fixed", "priors"};
+  return names[static_cast<int>(s)];
+}
 
 /// The status, as in poses.csv.
 constexpr std::string_view to_string(survey::status s) {

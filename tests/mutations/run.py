@@ -173,7 +173,7 @@ class built_test:
             if not error:
                 break
             wrong = set(re.findall(r'globalmatch/(\S+?hpp):(\d+):\d+: (?:error|  required)', error))
-            at_fault = [m for m in candidates if (m['header'], str(self.place[m['line']])) in wrong]
+            at_fault = [m for m in candidates if (m['header'], str(self.place.get(m['line']))) in wrong]
             if not at_fault and not candidates:
                 sys.exit(f'{test}: {first_error(error)}')
             candidates = [m for m in candidates if m not in at_fault] if at_fault else []

@@ -110,6 +110,12 @@ TEST_CASE("register_survey names priors that disagree, and tables that it does n
   const support::run off = written("scan,yaw_deg,sigma_yaw_deg\ns1,17.19,1\ns2,114.59,1\ns3,90,1\n");
   CHECK(off.status == 0);
   CHECK_THAT(off.complaint, Contains("s3: its prior is 147 standard deviations off"));
+  const support::run undirected = written("scan,x,y,sigma_xy\ns1,431000.5,5621000.5,1\n");
+  CHECK(undirected.status == 0);
+  CHECK_THAT(undirected.complaint, Contains("do not tell the direction"));
+  const auto report = nlohmann::json::parse(bytes_of(directory / "out/survey.json"));
+  CHECK(report["frames"][0]["source"] == "priors");
+  CHECK(report["frames"][0]["sigma_yaw_deg"].is_null());
   for (const auto& [table, problem] :
        std::vector<std::pair<std::string, std::string>>{{"", "empty"},
                                                         {"name,x,y\n", "has the header"},

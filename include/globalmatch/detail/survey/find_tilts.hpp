@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/rigid.hpp"
+#include "globalmatch/detail/core/robust.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
@@ -34,6 +35,7 @@ struct relative_tilt {
   bool is_rotated = false;  ///< beyond doubt
   vec2 turn = {0, 0};
   double variance = 0;  ///< [rad^2] about each axis
+  double slope = 0;     ///< [rad] of the heights, where these slope but positions say that they are level
 };
 
 /// Nothing where the heights of the link do not tell. `target`: the pose of its target.
@@ -50,8 +52,9 @@ inline std::optional<relative_tilt> tilt_of_link(std::span<const prepared_stems>
   h.inlier_threshold = l.inlier_threshold;
   h.correspondences = l.correspondences;
   const local_vertical_fit found = fit_vertical(h, context, true);
-  if (found.fit.kind == vertical_kind::sloping || !found.fit.is_known()) return std::nullopt;
-  if (found.fit.kind == vertical_kind::level) return relative_tilt{false, {0, 0}, level_sigma * level_sigma};
+  if (!found.fit.is_known()) return std::nullopt;
+  if (found.fit.kind != vertical_kind::rotated)
+    return relative_tilt{false, {0, 0}, level_sigma * level_sigma, found.fit.tilt};
   const mat3& r = h.target_from_source.rotation;
   const vec2 in_target = {-r(1, 2), r(0, 2)};  // what turns the target's vertical to the source's
   const auto& covariance = *found.covariance;
@@ -59,36 +62,92 @@ inline std::optional<relative_tilt> tilt_of_link(std::span<const prepared_stems>
                        std::max({min_variance, covariance(3, 3), covariance(4, 4)})};
 }
 
-/// Rotation vectors [rad] along the axes of the survey by which the verticals of maps lean against those of
-/// most, from the links that are used; zero where no link says beyond doubt that a map leans.
-inline std::vector<vec2> find_tilts(std::span<const prepared_stems> maps, std::span<const survey_link> links,
-                                    std::span<const plan_pose> poses, const execution& exec) {
-  constexpr double compensator_sigma = 0.01, min_tilt = 0.004;  // [rad] scanners are level; what matters
+/// What the links that are used say of the verticals of their maps; nothing of others.
+inline std::vector<std::optional<relative_tilt>> tilts_of_links(std::span<const prepared_stems> maps,
+                                                                std::span<const survey_link> links,
+                                                                std::span<const plan_pose> poses,
+                                                                const execution& exec) {
   std::vector<std::optional<relative_tilt>> of_link(links.size());
   parallel_for(exec, "verticals", links.size(), [&](std::size_t i) {
     if (links[i].used) of_link[i] = tilt_of_link(maps, links[i], poses[links[i].target]);
   });
-  std::vector<vec2> tilts(maps.size(), vec2{0, 0});
+  return of_link;
+}
+
+/// Maps whose heights slope against those of most maps that they are linked to, by what matters: they are no
+/// heights of the ground, and where they agree with others is a matter of chance.
+inline std::vector<std::uint8_t> find_sloping(std::span<const survey_link> links,
+                                              std::span<const std::optional<relative_tilt>> of_link,
+                                              std::size_t maps) {
+  constexpr double max_slope = 0.005;  // [rad] a decimetre at 20 m
+  std::vector<std::vector<double>> slopes(maps);
+  for (std::size_t i = 0; i < links.size(); ++i)
+    if (of_link[i])
+      for (const std::uint32_t m : {links[i].source, links[i].target}) slopes[m].push_back(of_link[i]->slope);
+  std::vector<std::uint8_t> sloping(maps);
+  for (std::size_t m = 0; m < maps; ++m)  // of two neighbors one may be wrong, not the map
+    sloping[m] = !slopes[m].empty() && nth_smallest(slopes[m], (slopes[m].size() - 1) / 2) > max_slope;
+  return sloping;
+}
+
+/// What most of some rotation vectors [rad] are, or their mean where no majority agrees.
+inline vec2 typical_turn(std::span<const vec2> turns) {
+  constexpr double min_scale = 0.002;  // [rad] of verticals that agree
+  constexpr int iterations = 20;
+  std::vector<double> x, y, off;
+  for (const vec2& t : turns) x.push_back(t.x), y.push_back(t.y);
+  vec2 typical = {median(x), median(y)};
+  for (const vec2& t : turns) off.push_back((t - typical).norm());
+  const double largest = tukey_constant * std::max(min_scale, deviation_of_median * median(off));
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    vec2 sum = {0, 0};
+    double total = 0;
+    for (const vec2& t : turns) {
+      const double weight = tukey_weight((t - typical).squared_norm() / (largest * largest));
+      sum += weight * t;
+      total += weight;
+    }
+    if (!(total > 0)) break;
+    typical = sum / total;
+  }
+  return typical;
+}
+
+/// Rotation vectors [rad] along the axes of the survey by which the verticals of maps lean against those of
+/// most of their component, `part_of` each; zero where no link says beyond doubt that a map leans.
+inline std::vector<vec2> find_tilts(std::span<const survey_link> links,
+                                    std::span<const std::optional<relative_tilt>> of_link,
+                                    std::span<const std::uint32_t> part_of) {
+  constexpr double min_tilt = 0.004, unknown_variance = 1;  // [rad] of what matters, [rad^2]
+  const std::size_t maps = part_of.size();
+  std::vector<vec2> tilts(maps, vec2{0, 0});
   if (std::none_of(of_link.begin(), of_link.end(), [](const auto& t) { return t && t->is_rotated; }))
     return tilts;
-  const auto vertical = std::uint32_t(maps.size());  // of most maps: the datum
+  const auto datum = std::uint32_t(maps);
   std::vector<measured_difference> about_x, about_y;
   const auto add = [&](std::uint32_t source, std::uint32_t target, const vec2& turn, double variance) {
     about_x.push_back({source, target, turn.x, variance});
     about_y.push_back({source, target, turn.y, variance});
   };
-  for (std::size_t i = 0; i < links.size(); ++i)
-    if (of_link[i]) add(links[i].source, links[i].target, of_link[i]->turn, of_link[i]->variance);
-  for (std::uint32_t m = 0; m < vertical; ++m)
-    add(m, vertical, {0, 0}, compensator_sigma * compensator_sigma);
-  const unknown_poses unknowns(maps.size() + 1, [&](std::size_t m) { return m == vertical; });
-  std::vector<double> x(maps.size() + 1, 0), y(maps.size() + 1, 0);
+  std::vector<std::uint8_t> is_rotated(maps);
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    if (!of_link[i]) continue;
+    add(links[i].source, links[i].target, of_link[i]->turn, of_link[i]->variance);
+    for (const std::uint32_t m : {links[i].source, links[i].target})
+      is_rotated[m] = is_rotated[m] || of_link[i]->is_rotated;
+  }
+  for (std::uint32_t m = 0; m < datum; ++m) add(m, datum, {0, 0}, unknown_variance);
+  const unknown_poses unknowns(maps + 1, [&](std::size_t m) { return m == datum; });
+  std::vector<double> x(maps + 1, 0), y(maps + 1, 0);
   if (adjust_differences(about_x, unknowns, x).empty() || adjust_differences(about_y, unknowns, y).empty())
     return tilts;
-  for (std::size_t i = 0; i < links.size(); ++i)
-    if (of_link[i] && of_link[i]->is_rotated)
-      for (const std::uint32_t m : {links[i].source, links[i].target})
-        if (const vec2 tilt = {x[m], y[m]}; tilt.norm() > min_tilt) tilts[m] = tilt;
+  std::vector<std::vector<vec2>> of_parts(maps);
+  for (std::size_t m = 0; m < maps; ++m) of_parts[part_of[m]].push_back({x[m], y[m]});
+  for (std::size_t m = 0; m < maps; ++m) {
+    if (!is_rotated[m]) continue;
+    const vec2 tilt = vec2{x[m], y[m]} - typical_turn(of_parts[part_of[m]]);
+    if (tilt.norm() > min_tilt) tilts[m] = tilt;
+  }
   return tilts;
 }
 

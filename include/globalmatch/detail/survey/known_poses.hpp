@@ -1,14 +1,15 @@
-// What is known of the poses of maps before a survey: fixed ones, and whose frame is wanted.
+// What is known of the poses of maps before a survey: known ones, and whose frame is wanted.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "globalmatch/detail/core/vectors.hpp"
-#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/core/rigid.hpp"
 
 namespace globalmatch::detail {
 
@@ -16,33 +17,36 @@ class known_poses {
  public:
   static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 
-  /// No fixed ones. `preferred`: a map whose frame is that of its component.
+  /// No known ones. `preferred`: a map whose frame is that of its component.
   known_poses(std::size_t preferred = none) : preferred_(preferred) {}  // NOLINT: a number says all
-  /// `survey_from_local`: of the fixed maps, from their levelled local frames.
+  /// `survey_from_local`: of maps whose poses are known, from their levelled local frames. None is held.
   known_poses(std::size_t preferred, std::vector<std::optional<rigid>> survey_from_local)
-      : preferred_(preferred), survey_from_local_(std::move(survey_from_local)) {}
+      : preferred_(preferred),
+        survey_from_local_(std::move(survey_from_local)),
+        held_(survey_from_local_.size()),
+        references_(survey_from_local_.size()) {}
 
-  bool is_fixed(std::size_t map) const {
+  bool is_known(std::size_t map) const {
     return map < survey_from_local_.size() && survey_from_local_[map].has_value();
   }
+  /// Whether its pose is not adjusted.
+  bool is_fixed(std::size_t map) const { return map < held_.size() && held_[map] != 0; }
+  void hold(std::size_t map) { held_[map] = true; }
+  void release_all() { std::fill(held_.begin(), held_.end(), false); }
+  /// Prefers a map whose pose is known to others.
+  void refer_to(std::size_t map) { references_[map] = true; }
   /// The reference of a component is one of those of its maps that have the highest rank.
-  int rank(std::size_t map) const { return is_fixed(map) ? 2 : map == preferred_ ? 1 : 0; }
+  int rank(std::size_t map) const { return is_known(map) ? 2 + references_[map] : map == preferred_ ? 1 : 0; }
 
-  /// The pose of a fixed map in the local frame of another one.
-  plan_pose pose_beside(std::size_t reference, std::size_t map) const {
-    return plan_of(transform_beside(reference, map));
-  }
-  double height_beside(std::size_t reference, std::size_t map) const {
-    return transform_beside(reference, map).translation.z;
-  }
-
- private:
+  /// From the local frame of a map to that of another one, both of which are known.
   rigid transform_beside(std::size_t reference, std::size_t map) const {
     return survey_from_local_[reference]->inverse() * *survey_from_local_[map];
   }
 
+ private:
   std::size_t preferred_;
   std::vector<std::optional<rigid>> survey_from_local_;
+  std::vector<std::uint8_t> held_, references_;
 };
 
 }  // namespace globalmatch::detail

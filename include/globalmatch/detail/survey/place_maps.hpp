@@ -117,7 +117,7 @@ inline placed_maps place_maps(std::vector<survey_link>& links, std::size_t maps,
     result.poses = initial_poses(links, result.parts);
     const auto reference_of = [&](std::size_t m) { return result.parts.reference[result.parts.of[m]]; };
     for (std::size_t m = 0; m < maps; ++m)
-      if (known.is_fixed(m)) result.poses[m] = known.pose_beside(reference_of(m), m);
+      if (known.is_fixed(m)) result.poses[m] = plan_of(known.transform_beside(reference_of(m), m));
     const unknown_poses unknowns(maps,
                                  [&](std::size_t m) { return reference_of(m) == m || known.is_fixed(m); });
     if (adjust_links(result.poses, unknowns, links)) {

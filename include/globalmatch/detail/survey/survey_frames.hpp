@@ -41,14 +41,18 @@ inline void move_component(survey& result, int component, const Eigen::Isometry3
 /// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.
 struct levelled_prior {
   const survey_options::prior* given = nullptr;
-  vec3 origin;     ///< [m] of the scan, in the levelled frame of the component
-  double yaw = 0;  ///< [rad] of the scan, alike
-  vec2 measured;   ///< [m]
+  bool is_height_known = true;  ///< of the scan
+  vec3 origin;                  ///< [m] of the scan, in the levelled frame of the component
+  double yaw = 0;               ///< [rad] of the scan, alike
+  vec2 measured;                ///< [m]
   double agreement = 1, yaw_agreement = 1, height_agreement = 1;  ///< Tukey weights
 
   bool has_place() const { return std::isfinite(given->position.x()) && std::isfinite(given->position.y()); }
-  bool has_height() const { return std::isfinite(given->position.z()); }
+  bool has_height() const { return is_height_known && std::isfinite(given->position.z()); }
   bool has_yaw() const { return std::isfinite(given->yaw); }
+
+  double place_weight() const { return agreement / (given->sigma_plan * given->sigma_plan); }
+  double yaw_weight() const { return yaw_agreement / (given->sigma_yaw * given->sigma_yaw); }
 
   /// Residuals under a transform of the component, in standard deviations.
   double plan_residual(const plan_pose& moved) const {
@@ -72,6 +76,8 @@ inline std::vector<levelled_prior> priors_of(const survey& s, int component,
     const Eigen::Isometry3d level = level_from_survey * s.scans[p.scan].survey_from_scan;
     levelled_prior prior;
     prior.given = &p;
+    prior.is_height_known =
+        s.scans[p.scan].is_height_known || s.scans[p.scan].status != survey::status::placed;
     prior.origin = from_eigen(level.translation());
     prior.yaw = std::atan2(level(1, 0), level(0, 0));
     prior.measured = {p.position.x(), p.position.y()};
@@ -102,37 +108,56 @@ inline double first_turn(std::span<const levelled_prior> priors) {
   return fitted ? plan_of(*fitted).yaw : 0;
 }
 
+/// What the measured places say under a transform: their weighted mean, and the mean shift to where they were
+/// measured.
+struct place_sums {
+  vec2 center{0, 0}, shift{0, 0};  ///< [m]
+  double weight = 0;               ///< [1/m^2]
+
+  place_sums(const plan_pose& moved, std::span<const levelled_prior> priors) {
+    for (const levelled_prior& p : priors) {
+      if (!p.has_place()) continue;
+      const vec2 at = moved * p.origin.xy();
+      center += p.place_weight() * at;
+      shift += p.place_weight() * (p.measured - at);
+      weight += p.place_weight();
+    }
+    if (weight > 0) center = center / weight, shift = shift / weight;
+  }
+};
+
+/// What priors say of the turn: the information [1/rad^2] on it, of places by their distances from their
+/// mean.
+inline double turn_information(const plan_pose& moved, std::span<const levelled_prior> priors) {
+  const place_sums places(moved, priors);
+  double information = 0;
+  for (const levelled_prior& p : priors) {
+    if (p.has_place())
+      information += p.place_weight() * (moved * p.origin.xy() - places.center).squared_norm();
+    if (p.has_yaw()) information += p.yaw_weight();
+  }
+  return information;
+}
+
+/// Information [1/rad^2] below which a turn is not known: rounding would turn by any angle.
+inline constexpr double min_turn_information = 1;
+
 /// One least squares step of shift and turn about the weighted mean of the places; returns how far it moves.
 inline double improve(plan_pose& moved, std::span<const levelled_prior> priors) {
-  vec2 center{0, 0}, shift{0, 0};
-  double total = 0;
-  for (const levelled_prior& p : priors) {
-    if (!p.has_place()) continue;
-    const double weight = p.agreement / (p.given->sigma_plan * p.given->sigma_plan);
-    const vec2 at = moved * p.origin.xy();
-    center += weight * at;
-    shift += weight * (p.measured - at);
-    total += weight;
-  }
-  if (total > 0) center = center / total, shift = shift / total;
-  double turn = 0, information = 0;
+  const place_sums places(moved, priors);
+  double turn = 0;
   for (const levelled_prior& p : priors) {
     if (p.has_place()) {
-      const double weight = p.agreement / (p.given->sigma_plan * p.given->sigma_plan);
-      const vec2 at = moved * p.origin.xy(), lever = quarter_turned(at - center);
-      turn += weight * lever.dot(p.measured - at - shift);
-      information += weight * lever.squared_norm();
+      const vec2 at = moved * p.origin.xy(), lever = quarter_turned(at - places.center);
+      turn += p.place_weight() * lever.dot(p.measured - at - places.shift);
     }
-    if (p.has_yaw()) {
-      const double weight = p.yaw_agreement / (p.given->sigma_yaw * p.given->sigma_yaw);
-      turn -= weight * wrapped(moved.yaw + p.yaw - p.given->yaw);
-      information += weight;
-    }
+    if (p.has_yaw()) turn -= p.yaw_weight() * wrapped(moved.yaw + p.yaw - p.given->yaw);
   }
-  turn = information > 0 ? turn / information : 0;
-  const plan_pose about{center - plan_pose{{0, 0}, turn}.turned(center) + shift, turn};
+  const double information = turn_information(moved, priors);
+  turn = information > min_turn_information ? turn / information : 0;
+  const plan_pose about{places.center - plan_pose{{0, 0}, turn}.turned(places.center) + places.shift, turn};
   moved = about * moved;
-  return shift.norm() + std::abs(turn);
+  return places.shift.norm() + std::abs(turn);
 }
 
 /// Where the priors have a component: shift and turn by robust least squares, what is far off counting less
@@ -183,9 +208,11 @@ inline double fit_raise(std::span<const levelled_prior> priors) {
 /// Says of priors by how much they are off under a transform of their component.
 inline void note_deviations(survey& s, std::span<const levelled_prior> priors, const plan_pose& moved,
                             double raise) {
-  for (const levelled_prior& p : priors)
-    s.scans[p.given->scan].prior_deviations =
-        std::max({p.plan_residual(moved), p.yaw_residual(moved), p.height_residual(raise)});
+  for (const levelled_prior& p : priors) {
+    double& most = s.scans[p.given->scan].prior_deviations;
+    const double before = std::isfinite(most) ? most : 0;  // a scan may have several
+    most = std::max({before, p.plan_residual(moved), p.yaw_residual(moved), p.height_residual(raise)});
+  }
 }
 
 /// Moves a component to where its priors have it, and says by how much each of these is off.
@@ -201,24 +228,39 @@ inline void move_to_priors(survey& s, int component, std::span<const survey_opti
   const plan_pose moved = fit_plan(priors);
   const double raise = fit_raise(priors);
   note_deviations(s, priors, moved, raise);
+  const double information = turn_information(moved, priors);
+  s.frames[std::size_t(component)] = {survey::frame_source::priors,
+                                      information > min_turn_information
+                                          ? 1 / std::sqrt(information)
+                                          : std::numeric_limits<double>::infinity()};
   move_component(s, component, to_eigen(in_space(moved, raise)) * level_from_survey);
+}
+
+/// Whether a pose was not adjusted.
+inline bool is_held(const survey::scan& scan) {
+  return scan.uncertainty && scan.uncertainty->covariance(0, 0) == 0 &&
+         scan.uncertainty->covariance(3, 3) == 0;
 }
 
 /// Puts each component into the frame of its fixed scan, else into that of the priors.
 /// `reference_of(component)`: the fixed scan that its poses refer to; empty where it has none.
 template <class ReferenceOf>
 void use_known_frames(survey& s, const survey_options& options, const ReferenceOf& reference_of) {
+  s.frames.assign(s.components, {});
   for (int component = 0; component < int(s.components); ++component) {
     const std::optional<std::size_t> reference = reference_of(component);
     if (!reference) {
       move_to_priors(s, component, options.priors);
       continue;
     }
+    s.frames[std::size_t(component)].source = survey::frame_source::fixed;
     for (const survey_options::fixed_scan& f : options.fixed)
       if (f.scan == *reference)
         move_component(s, component, f.survey_from_scan * s.scans[f.scan].survey_from_scan.inverse());
     for (const survey_options::fixed_scan& f : options.fixed)  // to the last bit, and with their own tilt
-      if (s.scans[f.scan].component == component) s.scans[f.scan].survey_from_scan = f.survey_from_scan;
+      if (const survey::scan& scan = s.scans[f.scan];
+          scan.component == component && (f.scan == *reference || is_held(scan)))
+        s.scans[f.scan].survey_from_scan = f.survey_from_scan;
     note_deviations(s, priors_of(s, component, options.priors, Eigen::Isometry3d::Identity()), {}, 0);
   }
 }

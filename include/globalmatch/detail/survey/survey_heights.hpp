@@ -223,7 +223,8 @@ inline survey_heights find_heights(std::span<const prepared_stems> maps, const t
   heights.known.assign(maps.size(), 0);
   for (const auto& of_component : members)
     for (const std::uint32_t m : of_component)
-      if (known.is_fixed(m)) heights.of_map[m] = known.height_beside(of_component.front(), m);
+      if (known.is_fixed(m))
+        heights.of_map[m] = known.transform_beside(of_component.front(), m).translation.z;
   heights_along_links(maps, used, datums, heights);
   std::vector<std::uint8_t> is_datum(maps.size());
   for (const std::uint32_t m : datums) is_datum[m] = true;

@@ -16,6 +16,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/agreeing_poses.hpp"
 #include "globalmatch/detail/survey/confirm_links.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
 #include "globalmatch/detail/survey/find_tilts.hpp"
@@ -88,16 +89,35 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   return s;
 }
 
-/// Turns maps upright whose verticals lean against those of most; false where none does.
+/// Turns maps upright whose verticals lean against those of most, and forgets heights that slope; false where
+/// there are none.
 inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s, const execution& exec) {
-  const std::vector<vec2> tilts = find_tilts(maps, s.links, s.adjusted.poses, exec);
+  const auto of_link = tilts_of_links(maps, s.links, s.adjusted.poses, exec);
+  const std::vector<vec2> tilts = find_tilts(s.links, of_link, s.placed.parts.of);
+  const std::vector<std::uint8_t> sloping = find_sloping(s.links, of_link, maps.size());
   bool any = false;
   for (std::size_t m = 0; m < maps.size(); ++m) {
+    if (sloping[m] && maps[m].stems.has_heights) maps[m].stems.has_heights = false, any = true;
     if (!(tilts[m].norm() > 0)) continue;
     maps[m] = turned_upright(maps[m], tilts[m], s.adjusted.poses[m].yaw);
     any = true;
   }
   return any;
+}
+
+/// The survey solved once more with the known poses held that agree with it, if no map loses its place by that.
+/// `distances` [m] of those that do not agree from where the survey has them.
+inline local_survey hold_known_poses(local_survey&& solved, const std::vector<survey_link>& links,
+                                     known_poses& known, std::vector<double>& distances) {
+  const known_pose_comparison compare(solved.maps, solved.adjusted, solved.heights, known);
+  if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
+  const auto count_alone = [](const local_survey& s) {
+    return std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; });
+  };
+  local_survey held = solve_links(solved.maps, std::vector<survey_link>(links), known);
+  if (count_alone(held) <= count_alone(solved)) return held;
+  known.release_all();
+  return solve_links(solved.maps, std::vector<survey_link>(links), known);
 }
 
 inline void describe(survey& result, const local_survey& s) {
@@ -162,16 +182,22 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
     std::vector<survey_link> links =
         find_links(maps, max_log10_nfa, std::move(asked), result.candidates, exec);
     report_progress(exec, "adjustment", 0);
-    solved = solve_links(maps, std::move(links), known_poses_of(options, maps));
-    if (levelling == max_levellings || !level_maps(maps, solved, exec)) break;
-    asked.clear();
+    known_poses known = known_poses_of(options, maps);
+    solved = solve_links(maps, std::vector<survey_link>(links), known);
+    if (levelling < max_levellings && level_maps(maps, solved, exec)) {
+      asked.clear();
+      continue;
+    }
+    std::vector<double> distances(maps.size(), std::numeric_limits<double>::quiet_NaN());
+    solved = hold_known_poses(std::move(solved), links, known, distances);
+    describe(result, solved);
+    for (std::size_t m = 0; m < maps.size(); ++m) result.scans[m].fixed_distance = distances[m];
+    break;
   }
-  const known_poses known = known_poses_of(options, maps);
-  describe(result, solved);
   use_known_frames(result, options, [&](int component) -> std::optional<std::size_t> {
-    for (std::size_t m = 0; m < maps.size(); ++m)
-      if (result.scans[m].component == component && known.is_fixed(m))
-        return solved.placed.parts.reference[solved.placed.parts.of[m]];
+    for (const survey_options::fixed_scan& f : options.fixed)
+      if (result.scans[f.scan].component == component)
+        return solved.placed.parts.reference[solved.placed.parts.of[f.scan]];
     return std::nullopt;
   });
   return result;
