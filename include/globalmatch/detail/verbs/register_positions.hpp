@@ -105,7 +105,7 @@ inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
   return any;
 }
 
-/// The survey solved once more with the known poses held that agree with it, if no map loses its place by that.
+/// The survey solved again with the known poses held that agree with it, if no map loses its place by that.
 /// `distances` [m] of those that do not agree from where the survey has them.
 inline local_survey hold_known_poses(local_survey&& solved, const std::vector<survey_link>& links,
                                      known_poses& known, std::vector<double>& distances) {
