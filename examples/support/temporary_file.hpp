@@ -15,7 +15,10 @@ class temporary_file {
  public:
   /// Throws `file_error`, which says that a copy of the stream `name` is needed.
   explicit temporary_file(std::string_view name);
-  ~temporary_file() { remove(); }
+  ~temporary_file() {
+    file_.reset();  // Windows removes no file that is open
+    remove();
+  }
   temporary_file(const temporary_file&) = delete;
   temporary_file& operator=(const temporary_file&) = delete;
 

@@ -81,9 +81,11 @@ TEST_CASE("a pattern stands for the files that it matches, by name, and one that
   const auto find = [](const std::filesystem::path& path) { find_scans({path}); };
   require_error(directory / "*.las", find, "matches no file", "Check");
   require_error(directory / "no*/a.ply", find, "matches no file", "Check");
+#if !defined(_WIN32)  // where no name holds a star
   write_ply(directory / "a*.ply", points{{1, 2, 3}});
   write_ply(directory / "ab.ply", points{{1, 2, 3}});
   CHECK(found("a*.ply") == std::vector{directory / "a*.ply"});
+#endif
 }
 
 TEST_CASE("tiles of one scan are passed one after the other") {

@@ -33,14 +33,17 @@ TEST_CASE("a temporary file takes all bytes of a stream, and is gone when it end
     copied = copy.path();
     CHECK(copy.copy_from(stream.get()) == bytes.size());
     CHECK(bytes_of(copied) == bytes);
+#if !defined(_WIN32)  // which has no such permissions
     CHECK((std::filesystem::status(copied).permissions() & std::filesystem::perms::others_all) ==
           std::filesystem::perms::none);
+#endif
     copy.remove();
     copy.remove();
   }
   CHECK_FALSE(std::filesystem::exists(copied));
 }
 
+#if !defined(_WIN32)  // where reading what is only written is an end, and no error
 TEST_CASE("a stream that cannot be read is an error that names it") {
   const temporary_directory directory;
   const open_file stream = open(directory / "a", "wb");
@@ -49,5 +52,6 @@ TEST_CASE("a stream that cannot be read is an error that names it") {
   using Catch::Matchers::Contains;
   CHECK_THAT(error, Contains("standard input: cannot be read to its end"));
 }
+#endif
 
 }  // namespace globalmatch::support
