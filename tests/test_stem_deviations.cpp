@@ -14,27 +14,21 @@ using namespace detail;
 
 namespace {
 
-/// A link between two maps whose stems have these deviations; its rms as of many pairs.
-survey_link link_of(std::uint32_t source, std::uint32_t target, const std::vector<double>& deviations) {
-  survey_link link;
-  link.source = source;
-  link.target = target;
-  link.correspondences.resize(10000);
-  link.rms =
-      std::sqrt(2 * (deviations[source] * deviations[source] + deviations[target] * deviations[target]));
-  return link;
+/// A link between two maps whose stems have these deviations.
+link_variance link_of(std::uint32_t source, std::uint32_t target, const std::vector<double>& deviations,
+                      double pairs = 10000) {
+  return {source, target, deviations[source] * deviations[source] + deviations[target] * deviations[target],
+          pairs};
 }
 
 }  // namespace
 
 TEST_CASE("links between all maps tell the deviation of each") {
   const std::vector<double> truth = {0.01, 0.2, 0.02, 0.03, 0.05};
-  std::vector<survey_link> links;
+  std::vector<link_variance> links;
   for (std::uint32_t t = 0; t < 5; ++t)
     for (std::uint32_t s = t + 1; s < 5; ++s) links.push_back(link_of(s, t, truth));
-  links.push_back(link_of(0, 2, {3, 3, 3, 3, 3}));
-  links.back().used = false;
-  const std::vector<double> found = deviations_by_links(links, 6);
+  const std::vector<double> found = deviations_of_maps(links, 6);
   for (std::size_t m = 0; m < 5; ++m) CHECK(found[m] == Approx(truth[m]).margin(0.012));
   CHECK(found[1] > 0.15);
   CHECK(found[5] > 0.01);
@@ -42,28 +36,47 @@ TEST_CASE("links between all maps tell the deviation of each") {
 
 TEST_CASE(
     "two maps of one link share its variance, and maps that agree to the bit have the least deviation") {
-  const std::vector<double> of_two = deviations_by_links(std::vector{link_of(1, 0, {0.03, 0.04})}, 2);
+  const std::vector<double> of_two = deviations_of_maps(std::vector{link_of(1, 0, {0.03, 0.04})}, 2);
   CHECK(of_two[0] == Approx(std::sqrt((9e-4 + 16e-4) / 2)).epsilon(1e-3));
   CHECK(of_two[1] == Approx(of_two[0]));
-  CHECK(deviations_by_links(std::vector{link_of(1, 0, {0, 0})}, 2)[0] == Approx(min_stem_deviation));
-  CHECK(deviations_by_links({}, 3)[2] == Approx(min_stem_deviation));
+  CHECK(deviations_of_maps(std::vector{link_of(1, 0, {0, 0})}, 2)[0] == Approx(min_stem_deviation));
+  CHECK(deviations_of_maps({}, 3)[2] == Approx(min_stem_deviation));
 }
 
 TEST_CASE("maps that differ only by chance have one deviation") {
   random_source random(1);
   std::vector<double> truth(12, 0.03);
   truth[3] = 0.3;
-  std::vector<survey_link> links;
+  std::vector<link_variance> links;
   for (std::uint32_t t = 0; t < truth.size(); ++t)
     for (std::uint32_t s = t + 1; s < truth.size(); ++s) {
-      links.push_back(link_of(s, t, truth));
-      links.back().correspondences.resize(30);
-      links.back().rms *= 1 + 0.1 * random.normal();
+      links.push_back(link_of(s, t, truth, 30));
+      links.back().sum *= 1 + 0.26 * random.normal();  // as of the median of 30
     }
-  const std::vector<double> found = deviations_by_links(links, truth.size());
+  const std::vector<double> found = deviations_of_maps(links, truth.size());
   CHECK(found[0] == Approx(0.03).epsilon(0.1));
   CHECK(found[3] == Approx(0.3).epsilon(0.1));
   CHECK(std::count(found.begin(), found.end(), found[0]) >= 9);
+}
+
+TEST_CASE("stems that are off by much more do not make a map inexact") {
+  random_source random(2);
+  std::vector<prepared_stems> maps(2);
+  survey_link link;
+  link.source = 1;
+  for (stem_index i = 0; i < 200; ++i) {
+    const vec3 tree = {random.normal(), random.normal(), 0};
+    const double off = i % 4 == 0 ? 0.2 : 0.01;
+    maps[0].stems.at.push_back(tree);
+    maps[1].stems.at.push_back(tree + vec3{off * random.normal(), off * random.normal(), 0});
+    link.correspondences.push_back({i, i});
+  }
+  const std::vector<double> found = deviations_by_links(maps, std::vector{link});
+  CHECK(found[0] == found[1]);
+  CHECK(found[0] < 0.015);
+  CHECK(found[0] > 0.005);
+  link.used = false;
+  CHECK(deviations_by_links(maps, std::vector{link})[0] == Approx(min_stem_deviation));
 }
 
 }  // namespace globalmatch

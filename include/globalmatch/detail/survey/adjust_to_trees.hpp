@@ -63,7 +63,7 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
     const std::uint32_t component = placed.parts.of[m];
     return members[component].size() < 2 || placed.parts.reference[component] == m || known.is_fixed(m);
   });
-  const std::vector<double> deviations = deviations_by_links(links, maps.size());
+  const std::vector<double> deviations = deviations_by_links(maps, links);
   std::vector<double> radius;
   for (const double d : deviations) radius.push_back(std::max(min_radius, in_deviations * d));
   for (int iteration = 0; iteration < iterations; ++iteration) {

@@ -11,24 +11,39 @@
 #include <vector>
 
 #include "globalmatch/detail/core/statistics.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/matching.hpp"
 
 namespace globalmatch::detail {
 
 inline constexpr double min_stem_deviation = 1e-4;  // [m]
 
-/// Sum of the variances [m^2] of stems along each axis, of both maps of a link: residuals are as many fewer
-/// as the transform has parameters.
-inline double sum_of_variances(const survey_link& l) {
-  constexpr double least = min_stem_deviation * min_stem_deviation;
-  const double pairs = std::max(2.0, double(l.correspondences.size()));
-  return std::max(2 * least, l.rms * l.rms * pairs / (2 * pairs - 3));
+/// Sum of the variances [m^2] of stems along each axis, of both maps of a link, from the median distance of
+/// the stems that it pairs: some are off by much more, as those seen from two sides, and lose their weight
+/// later. Residuals are as many fewer as the transform has parameters.
+inline double sum_of_variances(std::span<const prepared_stems> maps, const survey_link& l) {
+  constexpr double median_of_chi_squared = 1.386;  // of two degrees of freedom
+  std::vector<double> squares;
+  for (const correspondence& c : l.correspondences)
+    squares.push_back((l.target_from_source * maps[l.source].stems.at[c.source].xy() -
+                       maps[l.target].stems.at[c.target].xy())
+                          .squared_norm());
+  const double pairs = std::max(2.0, double(squares.size()));
+  return median(squares) / median_of_chi_squared * pairs / (pairs - 1.5);
 }
 
 /// A variance [m^2] of stems of a map, as a link to another map tells it.
 struct shared_variance {
   std::uint32_t neighbor;
   double sum;  ///< of the variances of both maps
+};
+
+/// A link with that sum, and the number of its pairs.
+struct link_variance {
+  std::uint32_t source, target;
+  double sum;
+  double pairs;
 };
 
 /// The variance of each map, of which links tell sums: halfway to the median of what its links say, again and
@@ -54,16 +69,14 @@ inline std::vector<double> separate_variances(std::span<const std::vector<shared
 /// Raises the variances of two maps that agree worse than those say that they should, significantly: maps
 /// that repeat each other's errors, as extracts of one census do, seem exact until another one is beside
 /// them.
-inline void raise_to_links(std::span<const survey_link> links, std::span<double> variances) {
+inline void raise_to_links(std::span<const link_variance> links, std::span<double> variances) {
   constexpr double deviations = 3;
   const std::vector<double> before(variances.begin(), variances.end());
-  for (const survey_link& l : links) {
-    const double expected = before[l.source] + before[l.target], sum = sum_of_variances(l);
-    const double at_random =
-        deviations / std::sqrt(double(std::max<std::size_t>(1, l.correspondences.size())));
-    if (!l.used || sum * (1 - at_random) <= expected) continue;
+  for (const link_variance& l : links) {
+    const double expected = before[l.source] + before[l.target];
+    if (l.sum * (1 - deviations / std::sqrt(l.pairs)) <= expected) continue;
     for (const std::uint32_t m : {l.source, l.target})
-      variances[m] = std::max(variances[m], before[m] + (sum - expected) / 2);
+      variances[m] = std::max(variances[m], before[m] + (l.sum - expected) / 2);
   }
 }
 
@@ -71,18 +84,16 @@ inline void raise_to_links(std::span<const survey_link> links, std::span<double>
 /// pair. Where links do not tell which of two maps is the noisier one both are taken for equal. Maps that do
 /// not differ significantly from most have the same deviation (positive-part estimator of James and Stein
 /// 1961, Proc. 4th Berkeley Symposium 1, on logarithms), as those without links.
-inline std::vector<double> deviations_by_links(std::span<const survey_link> links, std::size_t maps) {
+inline std::vector<double> deviations_of_maps(std::span<const link_variance> links, std::size_t maps) {
   constexpr double least = min_stem_deviation * min_stem_deviation, deviations = 3;
-  constexpr double variance_of_log = 6;  // times the pairs: the median of differences to neighbors
+  constexpr double variance_of_log = 8;  // times the pairs: medians, of differences to neighbors
   std::vector<std::vector<shared_variance>> of_links(maps);
-  std::vector<std::size_t> pairs(maps);  // of stems
-  std::vector<double> all;
-  for (const survey_link& l : links) {
-    if (!l.used) continue;
-    const double sum = sum_of_variances(l);
+  std::vector<double> pairs(maps, 0), all;  // of stems
+  for (const link_variance& l : links) {
+    const double sum = std::max(2 * least, l.sum);  // of maps that agree to the bit
     of_links[l.source].push_back({l.target, sum});
     of_links[l.target].push_back({l.source, sum});
-    for (const std::uint32_t m : {l.source, l.target}) pairs[m] += l.correspondences.size();
+    for (const std::uint32_t m : {l.source, l.target}) pairs[m] += l.pairs;
     all.push_back(sum / 2);
   }
   std::vector<double> variances = separate_variances(of_links, all.empty() ? least : median(all));
@@ -93,13 +104,23 @@ inline std::vector<double> deviations_by_links(std::span<const survey_link> link
   const double most = std::log(all.empty() ? least : median(all));
   std::vector<double> found(maps, std::exp(most / 2));
   for (std::size_t m = 0; m < maps; ++m) {
-    if (pairs[m] == 0) continue;
+    if (!(pairs[m] > 0)) continue;
     const double off = std::log(std::max(least, variances[m])) - most;
-    const double at_random = deviations * deviations * variance_of_log / double(pairs[m]);
-    const double kept = std::max(0.0, 1 - at_random / std::max(at_random, off * off));
-    found[m] = std::exp((most + kept * off) / 2);
+    const double at_random = deviations * deviations * variance_of_log / pairs[m];
+    const double share = std::max(0.0, 1 - at_random / std::max(at_random, off * off));
+    found[m] = std::exp((most + share * off) / 2);
   }
   return found;
+}
+
+/// The same from the links that are used.
+inline std::vector<double> deviations_by_links(std::span<const prepared_stems> maps,
+                                               std::span<const survey_link> links) {
+  std::vector<link_variance> variances;
+  for (const survey_link& l : links)
+    if (l.used && !l.correspondences.empty())
+      variances.push_back({l.source, l.target, sum_of_variances(maps, l), double(l.correspondences.size())});
+  return deviations_of_maps(variances, maps.size());
 }
 
 }  // namespace globalmatch::detail
