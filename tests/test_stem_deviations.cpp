@@ -79,4 +79,22 @@ TEST_CASE("stems that are off by much more do not make a map inexact") {
   CHECK(deviations_by_links(maps, std::vector{link})[0] == Approx(min_stem_deviation));
 }
 
+TEST_CASE("noise of both maps gives the deviation of each, whatever the transform") {
+  random_source random(3);
+  std::vector<prepared_stems> maps(2);
+  survey_link link;
+  link.source = 1;
+  link.target_from_source = {{3, -2}, 1.2};
+  for (stem_index i = 0; i < 4000; ++i) {
+    const vec3 tree = {20 * random.normal(), 20 * random.normal(), 0};
+    const vec2 placed = link.target_from_source * tree.xy();
+    const auto noise = [&] { return 0.02 * random.normal(); };
+    maps[1].stems.at.push_back(tree + vec3{noise(), noise(), 0});
+    maps[0].stems.at.push_back({placed.x + noise(), placed.y + noise(), 0});
+    link.correspondences.push_back({i, i});
+  }
+  for (const double found : deviations_by_links(maps, std::vector{link}))
+    CHECK(found == Approx(0.02).epsilon(0.05));
+}
+
 }  // namespace globalmatch
