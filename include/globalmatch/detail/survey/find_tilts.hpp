@@ -44,11 +44,8 @@ inline std::optional<relative_tilt> tilt_of_link(std::span<const prepared_stems>
   constexpr double level_sigma = 0.01, min_variance = 1e-6;  // [rad, rad^2]
   const prepared_stems &from = maps[l.source], &to = maps[l.target];
   const matching_context context(from.stems, to.stems, from.index, to.index, true, degrees_of_freedom::four);
-  std::vector<double> above;
-  for (const correspondence& c : l.correspondences)
-    above.push_back(to.stems.at[c.target].z - from.stems.at[c.source].z);
   local_hypothesis h;
-  h.target_from_source = in_space(l.target_from_source, median(above));
+  h.target_from_source = in_space(l.target_from_source, raise_of(maps, l));
   h.inlier_threshold = l.inlier_threshold;
   h.correspondences = l.correspondences;
   const local_vertical_fit found = fit_vertical(h, context, true);

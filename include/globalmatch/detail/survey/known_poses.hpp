@@ -1,4 +1,4 @@
-// What is known of the poses of maps before a survey: known ones, and whose frame is wanted.
+// What is known of the poses of maps before a survey, and whose frame is wanted.
 #pragma once
 
 #include <algorithm>

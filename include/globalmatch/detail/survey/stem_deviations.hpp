@@ -1,5 +1,5 @@
-// How exactly each map of a survey shows its stems: a field census and a scan may differ tenfold. In: links,
-// or residuals from trees. Out: a standard deviation in plan for each map.
+// How exactly each map of a survey shows its stems: a field census and a scan may differ tenfold. In: links.
+// Out: a standard deviation in plan for each map.
 #pragma once
 
 #include <algorithm>

@@ -41,11 +41,11 @@ inline void move_component(survey& result, int component, const Eigen::Isometry3
 /// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.
 struct levelled_prior {
   const survey_options::prior* given = nullptr;
-  bool is_height_known = true;  ///< of the scan
-  vec3 origin;                  ///< [m] of the scan, in the levelled frame of the component
-  double yaw = 0;               ///< [rad] of the scan, alike
-  vec2 measured;                ///< [m]
-  double agreement = 1, yaw_agreement = 1, height_agreement = 1;  ///< Tukey weights
+  bool is_height_known = true;              ///< of the scan
+  vec3 origin;                              ///< [m] of the scan, in the levelled frame of the component
+  double yaw = 0;                           ///< [rad] of the scan, alike
+  vec2 measured;                            ///< [m]
+  double agreement = 1, yaw_agreement = 1;  ///< Tukey weights
 
   bool has_place() const { return std::isfinite(given->position.x()) && std::isfinite(given->position.y()); }
   bool has_height() const { return is_height_known && std::isfinite(given->position.z()); }

@@ -3,12 +3,15 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "globalmatch/detail/core/matrices.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/matching.hpp"
@@ -32,6 +35,14 @@ struct survey_link {
 
 /// [rad] Half a millimetre at 10 m: of a turn, errors have that in common, as of a shift.
 inline constexpr double shared_yaw_sigma = 5e-5;
+
+/// Median [m] of how much higher the paired stems of a link are in the target than in the source.
+inline double raise_of(std::span<const prepared_stems> maps, const survey_link& l) {
+  std::vector<double> above;
+  for (const correspondence& c : l.correspondences)
+    above.push_back(maps[l.target].stems.at[c.target].z - maps[l.source].stems.at[c.source].z);
+  return median(above);
+}
 
 /// What of a covariance of shift and turn about the vertical is in plan. It has an inverse also where stems
 /// agree to the bit, as those of a map and its copy do.

@@ -42,7 +42,7 @@ inline std::vector<std::pair<std::uint32_t, std::uint32_t>> connected_pairs(
 /// The adjustment of poses in plan to trees, whose places are eliminated. Refers to all that it is given.
 class tree_adjustment {
  public:
-  /// `deviations` [m] of the stems of each map in plan, along each axis, at first. Links that are used
+  /// `deviations` [m] of the stems of each map in plan, along each axis. Links that are used
   /// connect the maps; those whose stems are hardly any tree hold their maps themselves.
   tree_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
                   std::span<const survey_link> links, const unknown_poses& unknowns,
@@ -230,7 +230,6 @@ class tree_adjustment {
   std::span<const survey_link> links_;
   const unknown_poses& unknowns_;
   double sigma_ = 0;                         // deviation of a typical map
-  std::vector<double> deviations_;           // of each map
   std::vector<double> precisions_;           // of each map, 1 for a typical one
   std::vector<double> agreement_;            // Tukey weight of each observation
   std::vector<std::size_t> first_stem_;      // of each map, among the stems of all

@@ -207,11 +207,8 @@ inline void describe_links(survey& result, const local_survey& s) {
     survey::link link;
     link.source = l.source;
     link.target = l.target;
-    std::vector<double> above;
-    for (const correspondence& c : l.correspondences)
-      above.push_back(s.maps[l.target].stems.at[c.target].z - s.maps[l.source].stems.at[c.source].z);
     link.target_from_source = to_eigen(s.maps[l.target].stems.frame.local_from_scan().inverse() *
-                                       in_space(l.target_from_source, median(above)) *
+                                       in_space(l.target_from_source, raise_of(s.maps, l)) *
                                        s.maps[l.source].stems.frame.local_from_scan());
     link.log10_nfa = l.log10_nfa;
     link.correspondences = l.correspondences.size();
