@@ -6,7 +6,7 @@
 #include <globalmatch/stem_mapping.hpp>
 
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/simulator/scenes.hpp"
 
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include "calibration.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <Eigen/Core>
 

@@ -6,7 +6,7 @@
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
-#include "support/reports.hpp"
+#include "support/programs/reports.hpp"
 #include "support/stem_files.hpp"
 
 #include <Eigen/Core>

@@ -4,8 +4,8 @@
 #include "map_faults.hpp"
 #include "map_windows.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 #include <globalmatch/registration.hpp>
 
 #include "stem_layouts.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/scan_files.hpp"
 
 #include <chrono>

@@ -7,7 +7,7 @@
 #include "oracles/algorithm_1.hpp"
 #include "peak_memory.hpp"
 #include "stem_layouts.hpp"
-#include "support/reports.hpp"
+#include "support/programs/reports.hpp"
 #include "triplet_search.hpp"
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 #include "matchers.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <algorithm>
 #include <cmath>

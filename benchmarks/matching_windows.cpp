@@ -5,8 +5,8 @@
 #include "map_windows.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 
 #include <algorithm>
 #include <cmath>

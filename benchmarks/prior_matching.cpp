@@ -9,7 +9,7 @@
 #include <globalmatch/stem_matching.hpp>
 
 #include "stem_layouts.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -6,8 +6,8 @@
 
 #include "pcl_readers.hpp"
 #include "peak_memory.hpp"
-#include "support/command_line.hpp"
 #include "support/file_bytes.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/scan_files.hpp"
 
 #include <Eigen/Core>

@@ -6,8 +6,8 @@
 
 #include "normalised_errors.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 #include "support/simulator/scenes.hpp"
 
 #include <algorithm>

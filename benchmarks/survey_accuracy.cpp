@@ -8,7 +8,7 @@
 #include "normalised_errors.hpp"
 #include "peak_memory.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/stem_files.hpp"
 #include "survey_layouts.hpp"
 #include "survey_scenes.hpp"

@@ -5,7 +5,7 @@
 #include <Eigen/Cholesky>
 
 #include "noisy_match.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <iomanip>
 #include <iostream>

@@ -5,7 +5,7 @@
 #include "calibration.hpp"
 #include "map_windows.hpp"
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

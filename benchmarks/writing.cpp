@@ -1,7 +1,7 @@
 // How fast are scans written as PLY, LAS and LAZ with their attributes, and in how much memory? CPU and wall
 // time, reading included; files are written to the folder of temporary files.
 #include "peak_memory.hpp"
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/scan_writer.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // Compares a registration with the truth.
 #include <globalmatch/evaluation.hpp>
 
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 #include "support/scan_files.hpp"
 #include "support/transform_files.hpp"
 

@@ -2,8 +2,8 @@
 #include <globalmatch/stem_matching.hpp>
 
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 #include "support/stem_files.hpp"
 #include "support/transform_forms.hpp"
 

@@ -2,9 +2,9 @@
 #include <globalmatch/registration.hpp>
 
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
 #include "support/file_error.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 #include "support/scan_files.hpp"
 #include "support/scan_writer.hpp"
 #include "support/transform_forms.hpp"

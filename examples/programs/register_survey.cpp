@@ -3,18 +3,18 @@
 #include <globalmatch/survey.hpp>
 
 #include "support/atomic_file.hpp"
-#include "support/reports.hpp"
-#include "support/run_record.hpp"
+#include "support/programs/reports.hpp"
+#include "support/programs/run_record.hpp"
+#include "support/programs/survey_command.hpp"
+#include "support/programs/survey_constraints.hpp"
+#include "support/programs/survey_files.hpp"
+#include "support/programs/survey_inputs.hpp"
+#include "support/programs/survey_matching.hpp"
+#include "support/programs/survey_picture.hpp"
+#include "support/programs/survey_refinement.hpp"
+#include "support/programs/survey_scans.hpp"
+#include "support/programs/survey_work.hpp"
 #include "support/stage_lock.hpp"
-#include "support/survey_command.hpp"
-#include "support/survey_constraints.hpp"
-#include "support/survey_files.hpp"
-#include "support/survey_inputs.hpp"
-#include "support/survey_matching.hpp"
-#include "support/survey_picture.hpp"
-#include "support/survey_refinement.hpp"
-#include "support/survey_scans.hpp"
-#include "support/survey_work.hpp"
 
 #include <iostream>
 

@@ -2,13 +2,13 @@
 #include <globalmatch/stem_mapping.hpp>
 
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
 #include "support/file_error.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
+#include "support/programs/scan_reports.hpp"
+#include "support/programs/scan_summary.hpp"
 #include "support/scan_files.hpp"
-#include "support/scan_reports.hpp"
 #include "support/scan_sets.hpp"
-#include "support/scan_summary.hpp"
 
 #include <iostream>
 #include <optional>

@@ -1,8 +1,8 @@
 // Simulates a forest plot and laser scans of it, with the truth about both.
 #include "support/atomic_file.hpp"
-#include "support/command_line.hpp"
 #include "support/file_error.hpp"
-#include "support/reports.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/reports.hpp"
 #include "support/scan_files.hpp"
 #include "support/simulator/simulation.hpp"
 #include "support/simulator/simulation_options.hpp"

@@ -31,7 +31,8 @@ done
 
 # What needs the simulator, calls the programs or reads E57 (for which pugixml has code to link) is left out;
 # reading and writing other files is tested, too.
-sources=(src/*.cpp tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp)
+sources=(src/*.cpp tests/main.cpp tests/test_*.cpp tests/support/test_*.cpp
+  examples/support/*.cpp examples/support/programs/*.cpp)
 mapfile -t sources < <(printf '%s\n' "${sources[@]}" | grep -v /test_e57)
 compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED -DGLOBALMATCH_WITHOUT_PUGIXML
   -I include -I tests -I examples -I benchmarks -isystem "$folder/include"

@@ -1,4 +1,4 @@
-#include "support/scan_reports.hpp"
+#include "support/programs/scan_reports.hpp"
 
 #include "catch.hpp"
 #include "support/class_counts.hpp"

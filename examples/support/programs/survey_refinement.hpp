@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 namespace globalmatch::support {
 

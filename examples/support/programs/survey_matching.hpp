@@ -7,8 +7,8 @@
 
 #include <vector>
 
-#include "support/survey_command.hpp"
-#include "support/survey_work.hpp"
+#include "support/programs/survey_command.hpp"
+#include "support/programs/survey_work.hpp"
 
 namespace globalmatch::support {
 

@@ -1,4 +1,4 @@
-#include "support/survey_maps.hpp"
+#include "support/programs/survey_maps.hpp"
 
 #include <globalmatch/stem_mapping.hpp>
 

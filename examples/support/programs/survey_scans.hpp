@@ -3,8 +3,8 @@
 
 #include <globalmatch/survey_options.hpp>
 
-#include "support/survey_command.hpp"
-#include "support/survey_work.hpp"
+#include "support/programs/survey_command.hpp"
+#include "support/programs/survey_work.hpp"
 
 namespace globalmatch::support {
 

@@ -1,4 +1,4 @@
-#include "support/reports.hpp"
+#include "support/programs/reports.hpp"
 
 #include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/registration.hpp>

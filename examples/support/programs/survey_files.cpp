@@ -1,4 +1,4 @@
-#include "support/survey_files.hpp"
+#include "support/programs/survey_files.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <ostream>
 
 #include "support/atomic_file.hpp"
-#include "support/reports.hpp"
+#include "support/programs/reports.hpp"
 
 namespace globalmatch::support {
 

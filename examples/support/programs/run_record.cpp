@@ -1,4 +1,4 @@
-#include "support/run_record.hpp"
+#include "support/programs/run_record.hpp"
 
 #include "support/build_record.hpp"
 

@@ -1,4 +1,4 @@
-#include "support/survey_matching.hpp"
+#include "support/programs/survey_matching.hpp"
 
 #include <globalmatch/survey.hpp>
 
@@ -15,7 +15,7 @@
 #include "support/atomic_file.hpp"
 #include "support/build_record.hpp"
 #include "support/content_hash.hpp"
-#include "support/survey_maps.hpp"
+#include "support/programs/survey_maps.hpp"
 
 namespace globalmatch::support {
 

@@ -1,4 +1,4 @@
-#include "support/scan_reports.hpp"
+#include "support/programs/scan_reports.hpp"
 
 #include <algorithm>
 #include <cmath>

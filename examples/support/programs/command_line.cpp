@@ -1,4 +1,4 @@
-#include "support/command_line.hpp"
+#include "support/programs/command_line.hpp"
 
 #include <globalmatch/registration.hpp>
 

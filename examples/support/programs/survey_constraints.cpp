@@ -1,11 +1,11 @@
-#include "support/survey_constraints.hpp"
+#include "support/programs/survey_constraints.hpp"
 
 #include <cmath>
 #include <iostream>
 #include <numbers>
 #include <stdexcept>
 
-#include "support/survey_files.hpp"
+#include "support/programs/survey_files.hpp"
 #include "support/transform_files.hpp"
 
 namespace globalmatch::support {

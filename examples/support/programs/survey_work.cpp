@@ -1,4 +1,4 @@
-#include "support/survey_work.hpp"
+#include "support/programs/survey_work.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "support/numbered_scans.hpp"
-#include "support/reports.hpp"
-#include "support/survey_maps.hpp"
+#include "support/programs/reports.hpp"
+#include "support/programs/survey_maps.hpp"
 
 namespace globalmatch::support {
 

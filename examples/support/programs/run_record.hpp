@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "support/reports.hpp"
+#include "support/programs/reports.hpp"
 
 namespace globalmatch::support {
 

@@ -9,8 +9,8 @@
 #include <optional>
 #include <string>
 
-#include "support/command_line.hpp"
-#include "support/survey_inputs.hpp"
+#include "support/programs/command_line.hpp"
+#include "support/programs/survey_inputs.hpp"
 
 namespace globalmatch::support {
 

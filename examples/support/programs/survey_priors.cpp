@@ -1,4 +1,4 @@
-#include "support/survey_priors.hpp"
+#include "support/programs/survey_priors.hpp"
 
 #include <algorithm>
 #include <array>

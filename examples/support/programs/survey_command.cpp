@@ -1,11 +1,11 @@
-#include "support/survey_command.hpp"
+#include "support/programs/survey_command.hpp"
 
 #include <stdexcept>
 
 #include "support/atomic_file.hpp"
+#include "support/programs/survey_inputs.hpp"
 #include "support/scan_sets.hpp"
 #include "support/scan_writer.hpp"
-#include "support/survey_inputs.hpp"
 
 namespace globalmatch::support {
 

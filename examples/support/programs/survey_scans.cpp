@@ -1,4 +1,4 @@
-#include "support/survey_scans.hpp"
+#include "support/programs/survey_scans.hpp"
 
 #include <array>
 #include <deque>

@@ -1,4 +1,4 @@
-#include "support/survey_picture.hpp"
+#include "support/programs/survey_picture.hpp"
 
 #include <algorithm>
 #include <iomanip>

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "support/survey_command.hpp"
-#include "support/survey_files.hpp"
-#include "support/survey_inputs.hpp"
+#include "support/programs/survey_command.hpp"
+#include "support/programs/survey_files.hpp"
+#include "support/programs/survey_inputs.hpp"
 
 namespace globalmatch::support {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "support/survey_command.hpp"
-#include "support/survey_priors.hpp"
-#include "support/survey_work.hpp"
+#include "support/programs/survey_command.hpp"
+#include "support/programs/survey_priors.hpp"
+#include "support/programs/survey_work.hpp"
 
 namespace globalmatch::support {
 

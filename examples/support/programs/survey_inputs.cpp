@@ -1,4 +1,4 @@
-#include "support/survey_inputs.hpp"
+#include "support/programs/survey_inputs.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,4 +1,4 @@
-#include "support/survey_refinement.hpp"
+#include "support/programs/survey_refinement.hpp"
 
 #include <globalmatch/stem_map_io.hpp>
 #include <globalmatch/survey_refinement.hpp>
@@ -14,7 +14,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/build_record.hpp"
-#include "support/survey_maps.hpp"
+#include "support/programs/survey_maps.hpp"
 
 namespace globalmatch::support {
 

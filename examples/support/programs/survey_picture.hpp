@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "support/survey_files.hpp"
+#include "support/programs/survey_files.hpp"
 
 namespace globalmatch::support {
 
