@@ -1,7 +1,11 @@
 #include "globalmatch/detail/survey/find_tilts.hpp"
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <limits>
+#include <numbers>
+#include <optional>
 #include <vector>
 
 #include "catch.hpp"
@@ -113,6 +117,73 @@ TEST_CASE("a map turned upright keeps where its stems are in the scan") {
         1e-12);
   CHECK(angle_between(vec3{0, 0, 1}, upright.stems.frame.rotation * vec3{0, 0, 1}) ==
         Approx(std::hypot(0.03, 0.02)));
+}
+
+TEST_CASE("one scan whose vertical is known turns all others upright, though they lean alike") {
+  const auto maps = maps_on_relief(5);
+  const std::size_t levelled = 4;
+  const Eigen::Matrix3d lean_of_stand =
+      Eigen::AngleAxisd(std::numbers::pi / 90, Eigen::Vector3d(2, 1, 0).normalized()).matrix();
+  auto leaning = stems_of(maps);
+  std::vector<Eigen::Isometry3d> leans(maps.size(), Eigen::Isometry3d::Identity());
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    if (m == levelled) continue;
+    const Eigen::Matrix3d turn = maps[m].stand_from_scan.linear();
+    leans[m].linear() = turn.transpose() * lean_of_stand * turn;
+    for (Eigen::Vector3d& stem : leaning[m]) stem = leans[m] * stem;
+  }
+  const survey by_majority = register_survey(leaning, {.reference = levelled});
+  CHECK(by_majority.scans[levelled].uncertainty->up.z() ==
+        Approx(std::cos(std::numbers::pi / 90)).margin(1e-4));
+  const survey result = register_survey(leaning, {.levels = {{.scan = levelled, .sigma = 0.001}}});
+  CHECK(result.scans[levelled].survey_from_scan.matrix().isIdentity(1e-12));
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    INFO("map " << m << " " << result.scans[m].reason);
+    REQUIRE(result.scans[m].status == status::placed);
+    CHECK(result.scans[m].uncertainty->up.z() > 1 - 1e-12);
+    const Eigen::Isometry3d truth = maps[levelled].stand_from_scan.inverse() * maps[m].stand_from_scan;
+    for (const Eigen::Vector3d& stem : maps[m].stems)
+      REQUIRE((result.scans[m].survey_from_scan * (leans[m] * stem) - truth * stem).norm() < 0.1);
+  }
+}
+
+namespace {
+
+/// Links 0-1, 1-2, 2-3 and 4-5. Map 3 leans against map 2, and map 5 against map 4, by 0.03 rad about x.
+struct leaning_chain {
+  std::vector<survey_link> links{4};
+  std::vector<std::optional<relative_tilt>> tilts;
+
+  leaning_chain() {
+    const std::uint32_t ends[][2] = {{0, 1}, {1, 2}, {3, 2}, {5, 4}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      links[i].source = ends[i][0];
+      links[i].target = ends[i][1];
+      const bool is_rotated = i >= 2;
+      tilts.push_back(relative_tilt{is_rotated, {is_rotated ? 0.03 : 0, 0}, 1e-6, 0});
+    }
+  }
+  std::vector<vec2> found(const std::vector<survey_options::level>& levels) const {
+    return find_tilts(links, tilts, std::vector<std::uint32_t>{0, 0, 0, 0, 1, 1}, levels);
+  }
+};
+
+}  // namespace
+
+TEST_CASE(
+    "verticals are those of most maps, or the weighted mean of the known ones that links compare them with") {
+  const leaning_chain chain;
+  const auto by_majority = chain.found({});
+  for (std::size_t m = 0; m < 3; ++m) CHECK(by_majority[m].norm() == 0);
+  CHECK(by_majority[3].x == Approx(0.03).margin(1e-4));
+  const auto by_one = chain.found({{.scan = 3, .sigma = 0.001}});
+  for (std::size_t m = 0; m < 3; ++m) CHECK(by_one[m].x == Approx(-0.03).margin(1e-4));
+  CHECK(by_one[3].norm() == 0);
+  CHECK(by_one[4].x == by_majority[4].x);
+  CHECK(by_one[5].x == by_majority[5].x);
+  const auto by_two = chain.found({{.scan = 3, .sigma = 0.002}, {.scan = 0, .sigma = 0.001}});
+  for (std::size_t m = 0; m < 3; ++m) CHECK(by_two[m].x == Approx(-0.006).margin(1e-4));
+  CHECK(by_two[3].x == Approx(0.024).margin(1e-4));
 }
 
 }  // namespace globalmatch

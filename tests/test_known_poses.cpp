@@ -21,6 +21,9 @@ TEST_CASE(
   CHECK(known.rank(0) < known.rank(2));
   CHECK(known.rank(2) < known.rank(1));
   CHECK(known.rank(1) == known.rank(3));
+  known.note_level(0);
+  CHECK(known.rank(0) > 0);
+  CHECK(known.rank(0) < known.rank(2));
   known.refer_to(3);
   CHECK(known.rank(1) < known.rank(3));
   known.hold(1);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 #include <utility>
+#include <vector>
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/disjoint_sets.hpp"
@@ -64,6 +65,19 @@ TEST_CASE("pairs connect all scans of a component, be it by a link without trees
   CHECK_FALSE(connects());
   s.links.push_back({.source = 2, .target = 6, .used = true});
   CHECK(connects());
+}
+
+TEST_CASE("scans without samples are in no pair, and the others have as many as without them") {
+  survey s = survey_along_line(8), with_census = s;
+  with_census.scans.push_back(s.scans[7]);
+  for (survey::tree& t : with_census.trees) t.seen.push_back({8, 0});
+  const std::vector<std::size_t> census = {8};
+  const auto pairs = pairs_in_common(with_census, 2, census), expected = pairs_in_common(s, 2);
+  REQUIRE(pairs.size() == expected.size());
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    CHECK(pairs[i].source == expected[i].source);
+    CHECK(pairs[i].target == expected[i].target);
+  }
 }
 
 TEST_CASE("a pair starts as the survey places it, with the errors of both") {

@@ -342,7 +342,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("fixed scans and priors that make no sense are refused by name") {
+TEST_CASE("fixed scans, priors and levels that make no sense are refused by name") {
   const std::vector<positions> maps(2, positions{{0, 0, 0}, {3, 0, 0}});
   survey_options options;
   options.fixed = {{2, Eigen::Isometry3d::Identity()}};
@@ -354,6 +354,12 @@ TEST_CASE("fixed scans and priors that make no sense are refused by name") {
   CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("priors"));
   options.priors = {{.scan = 1, .sigma_plan = 0}};
   CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("priors"));
+  options.priors = {};
+  for (const std::vector<survey_options::level>& levels : std::vector<std::vector<survey_options::level>>{
+           {{.scan = 2}}, {{.scan = 1}, {.scan = 1}}, {{.scan = 1, .sigma = 0}}}) {
+    options.levels = levels;
+    CHECK_THROWS_WITH(register_survey(maps, options), Catch::Contains("levels"));
+  }
 }
 
 TEST_CASE("forests that have nothing in common are components of their own, and an alien is not placed") {

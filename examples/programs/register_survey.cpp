@@ -7,6 +7,7 @@
 #include "support/programs/run_record.hpp"
 #include "support/programs/survey_command.hpp"
 #include "support/programs/survey_constraints.hpp"
+#include "support/programs/survey_control.hpp"
 #include "support/programs/survey_files.hpp"
 #include "support/programs/survey_inputs.hpp"
 #include "support/programs/survey_matching.hpp"
@@ -35,8 +36,8 @@ void refine_part(const support::survey_work& work, const support::survey_command
   const auto lock = lock_stage(command, "refine");
   const survey placed = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
   const survey_matches::part part = support::parse_part(command.part);
-  const auto pairs = support::refine_pairs(placed, work.names, command.out_dir, command.options, exec,
-                                           part.number, part.count);
+  const auto pairs =
+      support::refine_pairs(placed, work, command.out_dir, command.options, exec, part.number, part.count);
   std::cout << support::name_of(part) << ": " << pairs.size() << " pairs refined\n";
 }
 
@@ -46,9 +47,11 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   const auto lock = lock_stage(command, "solve");
   const survey_options options = constraints.options_for(work, command.out_dir);
   survey result = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
+  support::leave_out_unseen_control(result, work);
+  const json control = support::report_control(result, work);
   json refinement;
   if (!command.scans.empty())
-    refinement = support::refine(result, work.names, command.out_dir, command.options, exec);
+    refinement = support::refine(result, work, command.out_dir, command.options, exec);
   const std::string reference = options.reference && options.fixed.empty()
                                     ? work.names[*options.reference]
                                     : support::reference_of(result, work.names);
@@ -56,10 +59,11 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   json report = support::describe(work.rows, result);
   report["reference"] = reference;
   report["refinement"] = refinement;
-  if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, work.names, result);
+  if (work.control) report["control"] = control;
+  if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, result);
   support::write_placed_scans(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
-  support::report_constraints(result, options, work.names);
+  support::report_constraints(result, options, work);
   report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
   return report;
@@ -74,7 +78,8 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     command.require_consistent();
     auto inputs = support::named_inputs(command.inputs());
-    const auto constraints = support::survey_constraints::read(command);
+    auto constraints = support::survey_constraints::read(command);
+    constraints.require_names(inputs);
     command.prepare_folder();
     support::require_writable({command.picture, command.merged, command.options.json});
     support::stage_clock clock;
@@ -87,6 +92,7 @@ int main(int argc, char** argv) {
       const auto lock = lock_stage(command, "map");
       return support::map_inputs(inputs, command, exec);
     }();
+    if (constraints.control && command.only != "map") support::add_control(work, *constraints.control);
     json report = json::object();
     if (command.only == "match") {
       const auto lock = lock_stage(command, "match");

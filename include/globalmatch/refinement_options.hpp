@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "globalmatch/icp_options.hpp"
 #include "globalmatch/matching.hpp"
@@ -17,6 +18,8 @@ struct refinement_options {
   icp_options icp = {.max_points = 5000};
   /// Each scan is refined with so many that have most trees in common with it (ours).
   std::size_t pairs_per_scan = 3;
+  /// Scans whose maps hold no samples, as those of a census: there are no pairs with them.
+  std::vector<std::size_t> without_samples = {};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.

@@ -46,7 +46,7 @@ position_set positions_of(const R& stems, const std::string& name, const executi
   return import_positions(stems, Eigen::Vector3d::UnitZ(), name, exec);
 }
 
-/// Throws `std::invalid_argument` where the options name a scan that there is not, or fix one twice.
+/// Throws `std::invalid_argument` where the options name a scan that there is not, or fix or level one twice.
 inline void require_scans(const survey_options& options, std::size_t maps) {
   if (options.reference && *options.reference >= maps)
     throw std::invalid_argument("reference: there is no map of that number");
@@ -55,6 +55,12 @@ inline void require_scans(const survey_options& options, std::size_t maps) {
     if (f.scan >= maps) throw std::invalid_argument("fixed: there is no map of that number");
     if (is_fixed[f.scan]) throw std::invalid_argument("fixed: a scan is fixed twice");
     is_fixed[f.scan] = true;
+  }
+  std::vector<bool> is_levelled(maps, false);
+  for (const survey_options::level& l : options.levels) {
+    if (l.scan >= maps) throw std::invalid_argument("levels: there is no map of that number");
+    if (is_levelled[l.scan]) throw std::invalid_argument("levels: a scan is levelled twice");
+    is_levelled[l.scan] = true;
   }
   for (const survey_options::prior& p : options.priors)
     if (p.scan >= maps) throw std::invalid_argument("priors: there is no map of that number");

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -35,6 +36,12 @@ struct survey_options {
     double sigma_yaw = 0.05;                                ///< [rad]
   };
 
+  /// A scan whose `up` is known to be its vertical, as by an inclination sensor.
+  struct level {
+    std::size_t scan = 0;
+    double sigma = 0.002;  ///< [rad] about each horizontal axis
+  };
+
   /// Number of false alarms: wrong links that are expected of all pairs of maps, if none had anything in
   /// common (ours).
   double max_nfa = 1e-3;
@@ -42,11 +49,15 @@ struct survey_options {
   std::optional<std::size_t> reference = {};
   /// Their frame is that of the survey, in each component that has some. Of several those are held that agree
   /// with each other, as the links say, within the uncertainty of the survey; others are adjusted as any
-  /// scan, see `fixed_distance`.
+  /// scan, see `fixed_distance`. Where to hold them would cost a map its place but one is: those others have
+  /// an uncertainty, and no `fixed_distance`.
   std::vector<survey_options::fixed_scan> fixed = {};
   /// Components without fixed scans are moved, each as a whole, to where it fits these best: the frame is
   /// then that of the priors. One that disagrees with others loses its weight.
   std::vector<survey_options::prior> priors = {};
+  /// The vertical of what links compare with these is their mean, weighted, however many scans lean against
+  /// it. One of them is the reference of its component, unless that is given or has fixed scans.
+  std::vector<survey_options::level> levels = {};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -59,6 +70,9 @@ inline void require_valid(const survey_options& options) {
   for (const survey_options::prior& p : options.priors)
     if (!(p.sigma_plan > 0) || !(p.sigma_height > 0) || !(p.sigma_yaw > 0))
       throw std::invalid_argument("priors: standard deviations must be positive");
+  for (const survey_options::level& l : options.levels)
+    if (!(l.sigma > 0) || !std::isfinite(l.sigma))
+      throw std::invalid_argument("levels: standard deviations must be positive and finite");
 }
 
 /// Where the scans of a survey stand.

@@ -38,7 +38,7 @@ GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const re
 /// linear in the trees.
 inline std::vector<pair_to_refine> pairs_to_refine(const survey& s, const refinement_options& options = {}) {
   require_valid(options);
-  return detail::pairs_in_common(s, options.pairs_per_scan);
+  return detail::pairs_in_common(s, options.pairs_per_scan, options.without_samples);
 }
 
 /// Refines one pair, which depends on no other one: the ground that both see gives the height, and ICP over

@@ -27,6 +27,15 @@ void survey_command::add_to(CLI::App& app) {
                  "measured positions and yaws of scans, with their standard deviations: "
                  "scan,x,y,z,yaw_deg,sigma_xy,sigma_z,sigma_yaw_deg")
       ->type_name("CSV");
+  app.add_option("--control", control,
+                 "trees whose positions in the survey's frame are known, as a census in map coordinates: "
+                 "x,y, and z, radius or dbh where they are known")
+      ->type_name("CSV");
+  app.add_option("--level", levels,
+                 "a scan whose vertical is known to this standard deviation; may be given several times")
+      ->type_name("NAME,SIGMA_DEG")
+      ->take_all()
+      ->allow_extra_args(false);
   auto* one_stage =
       app.add_option(
              "--only", only,

@@ -14,8 +14,10 @@ namespace globalmatch::support {
 struct survey_command {
   std::vector<std::filesystem::path> scans, stem_maps;  ///< one of them
   std::filesystem::path out_dir, picture;
-  std::vector<std::string> fix;  ///< NAME=T.txt each
-  std::filesystem::path priors;  ///< table of what was measured of scans
+  std::vector<std::string> fix;     ///< NAME=T.txt each
+  std::vector<std::string> levels;  ///< NAME,SIGMA_DEG each
+  std::filesystem::path priors;     ///< table of what was measured of scans
+  std::filesystem::path control;    ///< table of trees in the survey's frame
   std::filesystem::path write_folder, merged;
   std::string write_format;  ///< extension without point; empty: that of each scan
   double voxel = 0.01;       ///< [m] of the merged scans

@@ -39,6 +39,7 @@ survey_map read_positions(const survey_input& input) {
     for (const stem_record& s : read_stems(input.path).stems) {
       stem known;
       known.position = {s.x, s.y, s.z};
+      known.axis = Eigen::Vector3d::Zero();  // not known: it must not say that the map is upright
       known.radius = s.radius > 0 ? s.radius : 0;
       result.map.stems.push_back(known);
     }

@@ -23,17 +23,22 @@ constexpr std::string_view tree_colour = "#999999", ink = "#222222", pale_ink = 
 constexpr double margin = 24, panel_width = 900, panel_top = 96, line_height = 20;
 constexpr double max_panel_height = 1400;
 
+bool is_drawn(const survey_row& row, const survey& result) {
+  return row.scan && result.scans[*row.scan].component == 0;
+}
+
 /// From metres of the survey, y up, to the page.
 struct page {
   Eigen::Vector2d low = Eigen::Vector2d::Zero(), high = Eigen::Vector2d::Ones();
   double px_per_metre = 1;
 
-  explicit page(const survey& result) {
+  page(const std::vector<survey_row>& rows, const survey& result) {
     Eigen::AlignedBox2d box;
     for (const survey::tree& t : result.trees)
       if (t.component == 0) box.extend(Eigen::Vector2d(t.position.head<2>()));
-    for (const survey::scan& s : result.scans)
-      if (s.component == 0) box.extend(Eigen::Vector2d(s.survey_from_scan.translation().head<2>()));
+    for (const survey_row& row : rows)
+      if (is_drawn(row, result))
+        box.extend(Eigen::Vector2d(result.scans[*row.scan].survey_from_scan.translation().head<2>()));
     if (box.isEmpty()) return;
     low = box.min();
     high = box.max().cwiseMax(low + Eigen::Vector2d::Ones());
@@ -56,30 +61,39 @@ void draw_trees(std::ostream& out, const survey& result, const page& at) {
   }
 }
 
-void draw_links(std::ostream& out, const survey& result, const page& at) {
-  constexpr double large = 0.05;  // [m]
+void draw_links(std::ostream& out, const std::vector<survey_row>& rows, const survey& result,
+                const page& at) {
+  constexpr double large = 0.05;                        // [m]
+  std::vector<bool> drawn(result.scans.size(), false);  // ground control has no place
+  for (const survey_row& row : rows)
+    if (is_drawn(row, result)) drawn[*row.scan] = true;
   for (const bool is_good : {true, false}) {
     begin_hollow(out, is_good ? good_colour : bad_colour, 1.2);
     for (const survey::link& l : result.links)
-      if (l.used && (l.residual < large) == is_good && result.scans[l.source].component == 0)
+      if (l.used && (l.residual < large) == is_good && drawn[l.source] && drawn[l.target])
         draw_line(out, at(result.scans[l.source].survey_from_scan.translation()),
                   at(result.scans[l.target].survey_from_scan.translation()));
     end_group(out);
   }
 }
 
-void draw_scans(std::ostream& out, const std::vector<std::string>& names, const survey& result,
+void draw_scans(std::ostream& out, const std::vector<survey_row>& rows, const survey& result,
                 const page& at) {
   constexpr std::size_t max_named = 200;  // names of more cover each other
   begin_filled(out, scan_colour, 1);
-  for (const survey::scan& s : result.scans)
-    if (s.component == 0) draw_circle(out, at(s.survey_from_scan.translation()), 5);
+  std::vector<const survey_row*> drawn;
+  for (const survey_row& row : rows)
+    if (is_drawn(row, result)) drawn.push_back(&row);
+  const auto place_of = [&](const survey_row* row) {
+    return at(result.scans[*row->scan].survey_from_scan.translation());
+  };
+  for (const survey_row* row : drawn) draw_circle(out, place_of(row), 5);
   end_group(out);
-  for (std::size_t i = 0; i < names.size() && names.size() <= max_named; ++i)
-    if (result.scans[i].component == 0) {
-      const Eigen::Vector2d place = at(result.scans[i].survey_from_scan.translation());
-      draw_text(out, place.x() + 7, place.y() - 5, names[i], {.size = 11, .colour = ink});
-    }
+  if (drawn.size() > max_named) return;
+  for (const survey_row* row : drawn) {
+    const Eigen::Vector2d place = place_of(row);
+    draw_text(out, place.x() + 7, place.y() - 5, row->name, {.size = 11, .colour = ink});
+  }
 }
 
 /// What is not in the drawing, and why.
@@ -104,8 +118,8 @@ std::vector<std::string> lines_of_others(const std::vector<survey_row>& rows, co
 }  // namespace
 
 void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
-                          const std::vector<std::string>& names, const survey& result) {
-  const page at(result);
+                          const survey& result) {
+  const page at(rows, result);
   const std::vector<std::string> others = lines_of_others(rows, result);
   const double below = panel_top + at.height() + 2 * line_height;
   atomic_file file(path);
@@ -123,8 +137,8 @@ void write_survey_picture(const std::filesystem::path& path, const std::vector<s
         << " m";
   draw_text(out, margin, 80, scale.str(), {.colour = pale_ink});
   draw_trees(out, result, at);
-  draw_links(out, result, at);
-  draw_scans(out, names, result, at);
+  draw_links(out, rows, result, at);
+  draw_scans(out, rows, result, at);
   for (std::size_t i = 0; i < others.size(); ++i)
     draw_text(out, margin, below + line_height * double(i), others[i], {.size = 12});
   out << "</svg>\n";

@@ -15,6 +15,6 @@ namespace globalmatch::support {
 /// adjusted poses, trees by how often they were seen; below, the scans that are not in it, with their
 /// reasons. Throws `file_error` when the file cannot be written.
 void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
-                          const std::vector<std::string>& names, const survey& result);
+                          const survey& result);
 
 }  // namespace globalmatch::support

@@ -23,8 +23,9 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-refinement_options refinement_of(const shared_options& options) {
+refinement_options refinement_of(const shared_options& options, const survey_work& work) {
   refinement_options result;
+  if (work.control) result.without_samples = {*work.control};
   result.icp.metric = options.for_icp().metric;
   return result;
 }
@@ -70,29 +71,47 @@ std::optional<refined_pair> kept_pair(const fs::path& file, const pair_to_refine
   return std::nullopt;
 }
 
+/// How scans lie beside the control, as the survey has it: this ties the heights that ground gives to its
+/// own.
+void add_starts_beside_control(const survey& s, std::size_t control, std::vector<refined_pair>& pairs) {
+  if (s.scans[control].status != survey::status::placed) return;
+  for (std::size_t scan = 0; scan < control; ++scan) {
+    if (s.scans[scan].status != survey::status::placed ||
+        s.scans[scan].component != s.scans[control].component)
+      continue;
+    refined_pair pair;
+    pair.start = detail::placed_pair(s, scan, control);
+    pair.target_from_source = pair.start.target_from_source;
+    pair.uncertainty = detail::about(pair.start.uncertainty,
+                                     pair.target_from_source * (s.scans[scan].survey_from_scan.inverse() *
+                                                                s.scans[scan].uncertainty->center));
+    pairs.push_back(std::move(pair));
+  }
+}
+
 }  // namespace
 
-std::vector<refined_pair> refine_pairs(const survey& s, const std::vector<std::string>& names,
-                                       const fs::path& out_dir, const shared_options& options,
-                                       const execution& exec, std::size_t first, std::size_t step) {
-  const refinement_options refinement = refinement_of(options);
+std::vector<refined_pair> refine_pairs(const survey& s, const survey_work& work, const fs::path& out_dir,
+                                       const shared_options& options, const execution& exec,
+                                       std::size_t first, std::size_t step) {
+  const refinement_options refinement = refinement_of(options, work);
   const std::vector<pair_to_refine> pairs = pairs_to_refine(s, refinement);
   const survey_mapper mapper(out_dir / "maps", options, true);
   make_folder(out_dir / "refined");
-  const auto load = [&](std::size_t scan) { return mapper.with_samples(names[scan]); };
+  const auto load = [&](std::size_t scan) { return mapper.with_samples(work.names[scan]); };
   detail::recent_maps maps(load);
   std::map<std::size_t, stem_map_file::scan_record> records;
   const auto record_of = [&](std::size_t scan) -> const stem_map_file::scan_record& {
     const auto found = records.find(scan);
     return found != records.end() ? found->second
-                                  : records.emplace(scan, mapper.record_of(names[scan])).first->second;
+                                  : records.emplace(scan, mapper.record_of(work.names[scan])).first->second;
   };
   std::vector<refined_pair> refined;
   for (std::size_t i = first; i < pairs.size(); i += step) {
     const pair_to_refine& start = pairs[i];
     const std::string origin = describe_origin(record_of(start.source), record_of(start.target), refinement);
     const fs::path path =
-        out_dir / "refined" / (names[start.source] + "_on_" + names[start.target] + ".pair");
+        out_dir / "refined" / (work.names[start.source] + "_on_" + work.names[start.target] + ".pair");
     if (auto kept = kept_pair(path, start, origin)) {
       refined.push_back(std::move(*kept));
       continue;
@@ -107,16 +126,18 @@ std::vector<refined_pair> refine_pairs(const survey& s, const std::vector<std::s
   return refined;
 }
 
-json refine(survey& s, const std::vector<std::string>& names, const fs::path& out_dir,
-            const shared_options& options, const execution& exec) {
-  const std::vector<refined_pair> pairs = refine_pairs(s, names, out_dir, options, exec);
-  apply_refinements(s, pairs);
+json refine(survey& s, const survey_work& work, const fs::path& out_dir, const shared_options& options,
+            const execution& exec) {
+  std::vector<refined_pair> pairs = refine_pairs(s, work, out_dir, options, exec);
   const auto by_icp = std::count_if(pairs.begin(), pairs.end(), [](const auto&p) { return p.is_refined; }),
              by_ground =
                  std::count_if(pairs.begin(), pairs.end(), [](const auto&p) { return p.is_height_refined; });
-  std::cout << "refined " << by_icp << " of " << pairs.size() << " pairs of scans by their stems, "
-            << by_ground << " by their ground\n";
-  return {{"pairs", pairs.size()}, {"refined", by_icp}, {"heights_refined", by_ground}};
+  const std::size_t count = pairs.size();
+  if (work.control) add_starts_beside_control(s, *work.control, pairs);
+  apply_refinements(s, pairs);
+  std::cout << "refined " << by_icp << " of " << count << " pairs of scans by their stems, " << by_ground
+            << " by their ground\n";
+  return {{"pairs", count}, {"refined", by_icp}, {"heights_refined", by_ground}};
 }
 
 }  // namespace globalmatch::support

@@ -1,8 +1,11 @@
 #include "support/programs/survey_scans.hpp"
 
+#include <algorithm>
 #include <array>
 #include <deque>
+#include <iostream>
 #include <memory>
+#include <set>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -41,9 +44,23 @@ std::string extension_for(const scan_header& header, const std::string& asked) {
 /// Throws `file_error` where a scan would be replaced by what is read from it.
 void require_other_file(const fs::path& path, const survey_work& work) {
   std::error_code absent;
-  for (const survey_input& input : work.kept)
-    if (fs::equivalent(path, parse_scan_name(input.path).path, absent))
+  for (const fs::path& file : work.files)
+    if (fs::equivalent(path, file, absent))
       throw file_error(path, "is one of the scans", "Name another folder or file to write");
+}
+
+/// Says of files that are named by scans, and were not written now, that they are older.
+void report_older_files(const fs::path& folder, const survey_work& work, const std::set<fs::path>& written) {
+  std::error_code absent;
+  for (const survey_row& row : work.rows)
+    for (const char* extension : {".ply", ".las", ".laz"}) {
+      const fs::path path = folder / (row.name + extension);
+      const auto is_path = [&](const fs::path& file) { return fs::equivalent(path, file, absent); };
+      if (written.contains(path) || !fs::exists(path, absent) ||
+          std::any_of(work.files.begin(), work.files.end(), is_path))
+        continue;
+      std::cerr << path.string() << " is of an earlier run; this one did not write it\n";
+    }
 }
 
 }  // namespace
@@ -56,9 +73,10 @@ void write_placed_scans(const survey_work& work, const survey_command& command, 
   std::deque<scan_file> scans;  // where they stay
   std::vector<placed_scan> placed;
   if (!command.write_folder.empty()) make_folder(command.write_folder);
+  std::set<fs::path> written;
   for (std::size_t m = 0; m < work.kept.size(); ++m) {
     const survey::scan& scan = result.scans[m];
-    if (scan.component != 0) continue;
+    if (scan.component != 0 || m == work.control) continue;
     scans.push_back(open_on_demand(work.kept[m].path, opener));
     placed.push_back({&scans.back(), scan.survey_from_scan, colour_of(placed.size())});
     if (command.write_folder.empty()) continue;
@@ -66,7 +84,9 @@ void write_placed_scans(const survey_work& work, const survey_command& command, 
         command.write_folder / (work.names[m] + extension_for(scans.back().header(), command.write_format));
     require_other_file(path, work);
     write_scans(path, {&placed.back(), 1}, command.options.threads);
+    written.insert(path);
   }
+  if (!command.write_folder.empty()) report_older_files(command.write_folder, work, written);
   if (command.merged.empty() || placed.empty()) return;
   require_other_file(command.merged, work);
   const auto kept = first_in_voxels(placed, command.voxel, command.options.threads);

@@ -15,6 +15,7 @@ namespace globalmatch::support {
 namespace {
 
 void add(survey_work& work, const survey_input& input, survey_map mapped) {
+  work.files.push_back(parse_scan_name(input.path).path);
   if (input.same_as) {
     work.rows.push_back({input.name, "unplaced", "same as " + *input.same_as, {}});
   } else if (!mapped.error.empty()) {
@@ -40,14 +41,16 @@ std::optional<std::size_t> survey_work::index_of(const std::string& name) const 
 nlohmann::ordered_json describe_inputs(const std::vector<survey_input>& inputs, const survey_work& work) {
   using json = nlohmann::ordered_json;
   json read = json::array(), warnings = json::array();
-  for (const survey_input& input : inputs) {
+  const auto add_input = [&](const survey_input& input) {
     std::error_code absent;
     const auto bytes = std::filesystem::file_size(parse_scan_name(input.path).path, absent);
     read.push_back({{"scan", input.name},
                     {"path", input.path.string()},
                     {"bytes", absent ? json(nullptr) : json(bytes)},
                     {"hash", input.hash.empty() ? json(nullptr) : json(input.hash)}});
-  }
+  };
+  for (const survey_input& input : inputs) add_input(input);
+  if (work.control) add_input(work.kept[*work.control]);
   for (std::size_t m = 0; m < work.maps.size(); ++m)
     for (const warning& w : warnings_of(work.maps[m], {}, true))
       warnings.push_back({{"scan", work.names[m]}, {"code", w.code}, {"text", w.text}});

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,10 +19,12 @@
 namespace globalmatch::support {
 
 struct survey_work {
-  std::vector<survey_row> rows;    ///< of all inputs
-  std::vector<survey_input> kept;  ///< those with maps
-  std::vector<std::string> names;  ///< of those
-  std::vector<stem_map> maps;      ///< theirs, without samples
+  std::vector<survey_row> rows;              ///< of all inputs
+  std::vector<survey_input> kept;            ///< those with maps
+  std::vector<std::string> names;            ///< of those
+  std::vector<stem_map> maps;                ///< theirs, without samples
+  std::vector<std::filesystem::path> files;  ///< all inputs
+  std::optional<std::size_t> control = {};   ///< the map of ground control, which is no scan: the last one
 
   /// The map of that name.
   std::optional<std::size_t> index_of(const std::string& name) const;

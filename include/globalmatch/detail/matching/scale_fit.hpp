@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "globalmatch/detail/core/rigid.hpp"
@@ -17,26 +18,23 @@
 
 namespace globalmatch::detail {
 
-/// Least squares similarity transform in plan of transformed source stems onto those they are paired with:
-/// two numbers of shift, the turn and the scale (Umeyama 1991, IEEE Trans. Pattern Anal. Mach. Intell.
-/// 13(4)). Drift of a mobile scanner differs from 1 as a map projection does. Nothing for fewer than four
-/// pairs. Cost: linear in the pairs.
-inline std::optional<scale_estimate> fit_scale(const local_hypothesis& h, const matching_context& context) {
+/// Least squares similarity transform of places onto those they are paired with: two numbers of shift, the
+/// turn and the scale (Umeyama 1991, IEEE Trans. Pattern Anal. Mach. Intell. 13(4)). Drift of a mobile
+/// scanner differs from 1 as a map projection does. Nothing for fewer than four pairs. Cost: linear in the
+/// pairs.
+inline std::optional<scale_estimate> fit_scale(std::span<const vec2> from, std::span<const vec2> to) {
   constexpr std::size_t minimum = 4;
   constexpr double min_radius = 1e-3;    // [m] of stems that are not at one place
   constexpr double min_residual = 1e-4;  // [m] no position is known better
   // Of scans of one plot the scale is up to four standard deviations off, and explains less than a twentieth
   // of the variance of the residuals: stems are seen from one side.
   constexpr double min_sigmas = 6, min_explained = 1.05;
-  const std::size_t size = h.correspondences.size();
+  const std::size_t size = from.size();
   if (size < minimum) return std::nullopt;
-  std::vector<vec2> from, to;
   vec2 from_mean = {}, to_mean = {};
-  for (const correspondence& c : h.correspondences) {
-    from.push_back((h.target_from_source * context.source.at[c.source]).xy());
-    to.push_back(context.target.at[c.target].xy());
-    from_mean += from.back() / double(size);
-    to_mean += to.back() / double(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    from_mean += from[i] / double(size);
+    to_mean += to[i] / double(size);
   }
   double squares = 0, along = 0, across = 0, of_target = 0;
   for (std::size_t i = 0; i < size; ++i) {
@@ -56,6 +54,16 @@ inline std::optional<scale_estimate> fit_scale(const local_hypothesis& h, const 
   fitted.differs = std::abs(factor - 1) > min_sigmas * fitted.sigma &&
                    without / (freedom + 1) > min_explained * with / freedom;
   return fitted;
+}
+
+/// The same of the transformed source stems of a hypothesis, in plan.
+inline std::optional<scale_estimate> fit_scale(const local_hypothesis& h, const matching_context& context) {
+  std::vector<vec2> from, to;
+  for (const correspondence& c : h.correspondences) {
+    from.push_back((h.target_from_source * context.source.at[c.source]).xy());
+    to.push_back(context.target.at[c.target].xy());
+  }
+  return fit_scale(from, to);
 }
 
 /// Root mean square distance [m] of paired source stems from their centroid, in plan.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/disjoint_sets.hpp"
 #include "globalmatch/detail/core/rigid.hpp"
 #include "globalmatch/detail/core/robust.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
@@ -26,6 +27,8 @@
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/matching.hpp"
+#include "globalmatch/points.hpp"
+#include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
 
@@ -110,11 +113,43 @@ inline vec2 typical_turn(std::span<const vec2> turns) {
   return typical;
 }
 
-/// Rotation vectors [rad] along the axes of the survey by which the verticals of maps lean against those of
-/// most of their component, `part_of` each; zero where no link says beyond doubt that a map leans.
+/// Turns [rad] of the maps whose verticals are known, as weighted means over what links with verticals
+/// connect.
+class known_verticals {
+ public:
+  known_verticals(std::span<const survey_link> links, std::span<const std::optional<relative_tilt>> of_link,
+                  std::span<const vec2> turns, std::span<const survey_options::level> levels)
+      : connected_(turns.size()), sums_(turns.size(), vec2{0, 0}), weights_(turns.size(), 0) {
+    for (std::size_t i = 0; i < links.size(); ++i)
+      if (of_link[i]) connected_.join(links[i].source, links[i].target);
+    for (const survey_options::level& l : levels) {
+      const std::size_t group = connected_.find(point_index(l.scan));
+      const double weight = 1 / (l.sigma * l.sigma);
+      sums_[group] += weight * turns[l.scan];
+      weights_[group] += weight;
+    }
+  }
+
+  /// Nothing where links connect the map with none of them.
+  std::optional<vec2> beside(std::uint32_t map) {
+    const std::size_t group = connected_.find(map);
+    if (!(weights_[group] > 0)) return std::nullopt;
+    return sums_[group] / weights_[group];
+  }
+
+ private:
+  disjoint_sets connected_;
+  std::vector<vec2> sums_;
+  std::vector<double> weights_;
+};
+
+/// Rotation vectors [rad] along the axes of the survey by which the verticals of maps lean against the known
+/// ones, or else against those of most of their component, `part_of` each; zero where no link says beyond
+/// doubt that a map leans.
 inline std::vector<vec2> find_tilts(std::span<const survey_link> links,
                                     std::span<const std::optional<relative_tilt>> of_link,
-                                    std::span<const std::uint32_t> part_of) {
+                                    std::span<const std::uint32_t> part_of,
+                                    std::span<const survey_options::level> levels = {}) {
   constexpr double min_tilt = 0.004, unknown_variance = 1;  // [rad] of what matters, [rad^2]
   const std::size_t maps = part_of.size();
   std::vector<vec2> tilts(maps, vec2{0, 0});
@@ -138,11 +173,18 @@ inline std::vector<vec2> find_tilts(std::span<const survey_link> links,
   std::vector<double> x(maps + 1, 0), y(maps + 1, 0);
   if (adjust_differences(about_x, unknowns, x).empty() || adjust_differences(about_y, unknowns, y).empty())
     return tilts;
+  std::vector<vec2> turns;
   std::vector<std::vector<vec2>> of_parts(maps);
-  for (std::size_t m = 0; m < maps; ++m) of_parts[part_of[m]].push_back({x[m], y[m]});
   for (std::size_t m = 0; m < maps; ++m) {
-    if (!is_rotated[m]) continue;
-    const vec2 tilt = vec2{x[m], y[m]} - typical_turn(of_parts[part_of[m]]);
+    turns.push_back({x[m], y[m]});
+    of_parts[part_of[m]].push_back(turns[m]);
+  }
+  known_verticals known(links, of_link, turns, levels);
+  for (std::uint32_t m = 0; m < maps; ++m) {
+    // Maps that all lean alike are linked to each other without a doubt; only a known vertical says so.
+    const std::optional<vec2> vertical = known.beside(m);
+    if (!is_rotated[m] && !vertical) continue;
+    const vec2 tilt = turns[m] - (vertical ? *vertical : typical_turn(of_parts[part_of[m]]));
     if (tilt.norm() > min_tilt) tilts[m] = tilt;
   }
   return tilts;

@@ -24,7 +24,8 @@ class known_poses {
       : preferred_(preferred),
         survey_from_local_(std::move(survey_from_local)),
         held_(survey_from_local_.size()),
-        references_(survey_from_local_.size()) {}
+        references_(survey_from_local_.size()),
+        levelled_(survey_from_local_.size()) {}
 
   bool is_known(std::size_t map) const {
     return map < survey_from_local_.size() && survey_from_local_[map].has_value();
@@ -35,8 +36,14 @@ class known_poses {
   void release_all() { std::fill(held_.begin(), held_.end(), false); }
   /// Prefers a map whose pose is known to others.
   void refer_to(std::size_t map) { references_[map] = true; }
+  /// Prefers a map whose vertical is known to those of which nothing is.
+  void note_level(std::size_t map) { levelled_[map] = true; }
   /// The reference of a component is one of those of its maps that have the highest rank.
-  int rank(std::size_t map) const { return is_known(map) ? 2 + references_[map] : map == preferred_ ? 1 : 0; }
+  int rank(std::size_t map) const {
+    if (is_known(map)) return 3 + references_[map];
+    if (map == preferred_) return 2;
+    return map < levelled_.size() && levelled_[map] != 0 ? 1 : 0;
+  }
 
   /// From the local frame of a map to that of another one, both of which are known.
   rigid transform_beside(std::size_t reference, std::size_t map) const {
@@ -46,7 +53,7 @@ class known_poses {
  private:
   std::size_t preferred_;
   std::vector<std::optional<rigid>> survey_from_local_;
-  std::vector<std::uint8_t> held_, references_;
+  std::vector<std::uint8_t> held_, references_, levelled_;
 };
 
 }  // namespace globalmatch::detail

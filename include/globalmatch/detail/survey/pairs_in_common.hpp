@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/disjoint_sets.hpp"
@@ -74,10 +76,16 @@ inline pair_to_refine placed_pair(const survey& s, std::size_t source, std::size
   return pair;
 }
 
-/// `pairs_to_refine`.
-inline std::vector<pair_to_refine> pairs_in_common(const survey& s, std::size_t count) {
+/// `pairs_to_refine`: `count` a scan, none of them with those `without_samples`.
+inline std::vector<pair_to_refine> pairs_in_common(const survey& s, std::size_t count,
+                                                   std::span<const std::size_t> without_samples = {}) {
+  std::vector<std::uint8_t> has_samples(s.scans.size(), true);
+  for (const std::size_t scan : without_samples)
+    if (scan < has_samples.size()) has_samples[scan] = false;
+  std::vector<scans_in_common> in_common = all_in_common(s);
+  std::erase_if(in_common, [&](const auto& p) { return !has_samples[p.first] || !has_samples[p.second]; });
   std::vector<pair_to_refine> pairs;
-  for (const scans_in_common& p : best_in_common(all_in_common(s), s.scans.size(), count))
+  for (const scans_in_common& p : best_in_common(std::move(in_common), s.scans.size(), count))
     if (s.scans[p.first].uncertainty && s.scans[p.second].uncertainty)
       pairs.push_back(placed_pair(s, p.second, p.first));
   std::sort(pairs.begin(), pairs.end(), [](const pair_to_refine& a, const pair_to_refine& b) {

@@ -137,18 +137,21 @@ class adjusted_maps {
 };
 
 /// Turns scans about their centers to where ICP found their verticals to agree. Pairs in which it did not
-/// turn freely are of scans that are level, but for what a compensator leaves.
+/// turn freely are of scans that are level, but for what a compensator leaves. Beside a held scan that was
+/// not refined, as ground control, verticals keep the mean that they have.
 inline void adjust_tilts(survey& s, std::span<const refined_pair> refined, levelled_survey& levelled) {
   constexpr double level_sigma = 5e-4;  // [rad] a thirtieth of a degree
+  constexpr double start_sigma = 5e-3;  // [rad] what the survey is good to: some tenths of a degree
   if (std::none_of(refined.begin(), refined.end(), [](const auto& p) { return p.tilt_sigma > 0; })) return;
   disjoint_sets connected(s.scans.size());
   std::vector<measured_difference> about_x, about_y;
   for (const refined_pair& p : refined) {
-    if (!p.is_refined) continue;
+    if (!p.is_refined && !levelled.plan_held[p.start.source] && !levelled.plan_held[p.start.target]) continue;
     const levelled_pair pair(p, s, levelled);
     const bool is_free = p.tilt_sigma > 0;
+    const double sigma = is_free ? p.tilt_sigma : p.is_refined ? level_sigma : start_sigma;
     measured_difference difference = pair.height;
-    difference.variance = is_free ? p.tilt_sigma * p.tilt_sigma : level_sigma * level_sigma;
+    difference.variance = sigma * sigma;
     difference.change = is_free ? pair.turn.x : 0;
     about_x.push_back(difference);
     difference.change = is_free ? pair.turn.y : 0;

@@ -55,7 +55,9 @@ inline known_poses known_poses_of(const survey_options& options, std::span<const
   std::vector<std::optional<rigid>> fixed(maps.size());
   for (const survey_options::fixed_scan& f : options.fixed)
     fixed[f.scan] = from_eigen(f.survey_from_scan) * maps[f.scan].stems.frame.local_from_scan().inverse();
-  return {options.reference.value_or(known_poses::none), std::move(fixed)};
+  known_poses known(options.reference.value_or(known_poses::none), std::move(fixed));
+  for (const survey_options::level& l : options.levels) known.note_level(l.scan);
+  return known;
 }
 
 /// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
@@ -89,11 +91,12 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   return s;
 }
 
-/// Turns maps upright whose verticals lean against those of most, and forgets heights that slope; false where
-/// there are none.
-inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s, const execution& exec) {
+/// Turns maps upright whose verticals lean against the known ones or else against those of most, and forgets
+/// heights that slope; false where there are none.
+inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
+                       std::span<const survey_options::level> levels, const execution& exec) {
   const auto of_link = tilts_of_links(maps, s.links, s.adjusted.poses, exec);
-  const std::vector<vec2> tilts = find_tilts(s.links, of_link, s.placed.parts.of);
+  const std::vector<vec2> tilts = find_tilts(s.links, of_link, s.placed.parts.of, levels);
   const std::vector<std::uint8_t> sloping = find_sloping(s.links, of_link, maps.size());
   bool any = false;
   for (std::size_t m = 0; m < maps.size(); ++m) {
@@ -184,7 +187,7 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
     report_progress(exec, "adjustment", 0);
     known_poses known = known_poses_of(options, maps);
     solved = solve_links(maps, std::vector<survey_link>(links), known);
-    if (levelling < max_levellings && level_maps(maps, solved, exec)) {
+    if (levelling < max_levellings && level_maps(maps, solved, options.levels, exec)) {
       asked.clear();
       continue;
     }
