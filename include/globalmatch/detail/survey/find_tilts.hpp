@@ -180,11 +180,14 @@ inline std::vector<vec2> find_tilts(std::span<const survey_link> links,
     of_parts[part_of[m]].push_back(turns[m]);
   }
   known_verticals known(links, of_link, turns, levels);
+  std::vector<vec2> typical(maps, vec2{0, 0});
+  for (std::size_t part = 0; part < maps; ++part)
+    if (!of_parts[part].empty()) typical[part] = typical_turn(of_parts[part]);
   for (std::uint32_t m = 0; m < maps; ++m) {
     // Maps that all lean alike are linked to each other without a doubt; only a known vertical says so.
     const std::optional<vec2> vertical = known.beside(m);
     if (!is_rotated[m] && !vertical) continue;
-    const vec2 tilt = turns[m] - (vertical ? *vertical : typical_turn(of_parts[part_of[m]]));
+    const vec2 tilt = turns[m] - vertical.value_or(typical[part_of[m]]);
     if (tilt.norm() > min_tilt) tilts[m] = tilt;
   }
   return tilts;
