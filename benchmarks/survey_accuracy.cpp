@@ -120,7 +120,7 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
     keep_best_of_pairs(links);
     use_supported_links(links, maps.size(), max_log10_nfa);
   }
-  run.local = solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max());
+  run.local = solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max(), max_log10_nfa);
   report_progress(exec, "verticals", 0);
   const auto verticals = tilts_of_links(run.maps, run.local.links, run.local.adjusted.poses, exec);
   run.tilted =

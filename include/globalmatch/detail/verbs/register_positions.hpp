@@ -18,6 +18,7 @@
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
 #include "globalmatch/detail/survey/agreeing_poses.hpp"
 #include "globalmatch/detail/survey/confirm_links.hpp"
+#include "globalmatch/detail/survey/decide_places.hpp"
 #include "globalmatch/detail/survey/find_links.hpp"
 #include "globalmatch/detail/survey/find_tilts.hpp"
 #include "globalmatch/detail/survey/known_poses.hpp"
@@ -62,8 +63,8 @@ inline known_poses known_poses_of(const survey_options& options, std::span<const
 
 /// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
 /// links that these do not confirm.
-inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
-                                const known_poses& known) {
+inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
+                                     const known_poses& known) {
   constexpr int restoring = 4, max_repetitions = 24;
   local_survey s;
   s.maps = maps;
@@ -91,6 +92,22 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   return s;
 }
 
+/// The same, and again with maps that their links alone do not place, but the trees of all others do.
+inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
+                                const known_poses& known, double max_log10_nfa) {
+  local_survey s = solve_used_links(maps, std::move(links), known);
+  const auto main = main_component(s);
+  if (!main) return s;
+  const std::vector<std::size_t> decided =
+      decide_places(maps, s.links, s.placed, s.adjusted, *main, max_log10_nfa);
+  if (decided.empty()) return s;
+  for (const std::size_t l : decided) s.links[l].used = true;
+  local_survey again = solve_used_links(maps, std::move(s.links), known);
+  for (std::size_t m = 0; m < maps.size(); ++m) again.placed.ambiguous[m] |= s.placed.ambiguous[m];
+  again.placed.tried = std::move(s.placed.tried);
+  return again;
+}
+
 /// Turns maps upright whose verticals lean against the known ones or else against those of most, and forgets
 /// heights that slope; false where there are none.
 inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
@@ -111,16 +128,17 @@ inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
 /// The survey solved again with the known poses held that agree with it, if no map loses its place by that.
 /// `distances` [m] of those that do not agree from where the survey has them.
 inline local_survey hold_known_poses(local_survey&& solved, const std::vector<survey_link>& links,
-                                     known_poses& known, std::vector<double>& distances) {
+                                     known_poses& known, double max_log10_nfa,
+                                     std::vector<double>& distances) {
   const known_pose_comparison compare(solved.maps, solved.adjusted, solved.heights, known);
   if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
   const auto count_alone = [](const local_survey& s) {
     return std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; });
   };
-  local_survey held = solve_links(solved.maps, std::vector<survey_link>(links), known);
+  local_survey held = solve_links(solved.maps, std::vector<survey_link>(links), known, max_log10_nfa);
   if (count_alone(held) <= count_alone(solved)) return held;
   known.release_all();
-  return solve_links(solved.maps, std::vector<survey_link>(links), known);
+  return solve_links(solved.maps, std::vector<survey_link>(links), known, max_log10_nfa);
 }
 
 inline void describe(survey& result, const local_survey& s) {
@@ -186,13 +204,13 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
         find_links(maps, max_log10_nfa, std::move(asked), result.candidates, exec);
     report_progress(exec, "adjustment", 0);
     known_poses known = known_poses_of(options, maps);
-    solved = solve_links(maps, std::vector<survey_link>(links), known);
+    solved = solve_links(maps, std::vector<survey_link>(links), known, max_log10_nfa);
     if (levelling < max_levellings && level_maps(maps, solved, options.levels, exec)) {
       asked.clear();
       continue;
     }
     std::vector<double> distances(maps.size(), std::numeric_limits<double>::quiet_NaN());
-    solved = hold_known_poses(std::move(solved), links, known, distances);
+    solved = hold_known_poses(std::move(solved), links, known, max_log10_nfa, distances);
     describe(result, solved);
     for (std::size_t m = 0; m < maps.size(); ++m) result.scans[m].fixed_distance = distances[m];
     break;

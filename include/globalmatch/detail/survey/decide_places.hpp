@@ -1,0 +1,136 @@
+// Maps that their links place at several places: decided by the trees of all maps that were placed, where
+// these distinguish the places. In: a solved survey. Out: links that are used, of those maps.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "globalmatch/detail/core/position_index.hpp"
+#include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/vectors.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
+#include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/adjust_to_trees.hpp"
+#include "globalmatch/detail/survey/guess_places.hpp"
+#include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/link_maps.hpp"
+#include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/plan_pose.hpp"
+#include "globalmatch/detail/survey/proposed_places.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/positions.hpp"
+
+namespace globalmatch::detail {
+
+/// The trees of a component in its frame, in plan, to which maps are matched as to another map.
+class tree_map {
+ public:
+  tree_map(const adjusted_survey& adjusted, std::span<const prepared_stems> maps, const components& parts,
+           std::uint32_t part) {
+    const tree_observations& trees = adjusted.trees;
+    for (std::size_t t = 0; t < trees.size(); ++t) {
+      if (parts.of[trees.stems[trees.first[t]].map] != part) continue;
+      vec2 sum{0, 0};
+      double total = 0;
+      for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) {
+        const stem_of_map& o = trees.stems[i];
+        sum += adjusted.weights[i] * (adjusted.poses[o.map] * maps[o.map].stems.at[o.stem].xy());
+        total += adjusted.weights[i];
+      }
+      if (total > 0) at_.push_back(sum / total);
+    }
+  }
+
+  /// Those within `radius` of a place.
+  prepared_stems around(const vec2& center, double radius) const {
+    position_set near;
+    near.has_heights = false;
+    for (const vec2& p : at_)
+      if ((p - center).squared_norm() <= radius * radius) {
+        near.original.push_back(stem_index(near.at.size()));
+        near.at.push_back({p.x, p.y, 0});
+      }
+    return without_triangles(std::move(near), true, {});
+  }
+
+ private:
+  std::vector<vec2> at_;  // [m]
+};
+
+/// log10 of the number of transforms that are expected to pair the stems of a map with trees as well as one
+/// near this pose does, of unrelated ones; 0 where chance does as well, or where it ends elsewhere.
+inline double score_place(const prepared_stems& map, const plan_pose& pose, const tree_map& trees) {
+  constexpr double pairing_radius = 0.5;  // [m] of a pose that a link proposes
+  constexpr double margin = 5;            // [m] of trees around the map
+  constexpr std::size_t min_pairs = 4;
+  vec2 center{0, 0};
+  for (const vec3& p : map.stems.at) center += p.xy() / double(map.stems.size());
+  double radius = 0;
+  for (const vec3& p : map.stems.at) radius = std::max(radius, (p.xy() - center).norm());
+  const prepared_stems target = trees.around(pose * center, radius + margin);
+  overlap_candidate candidate;
+  for (stem_index i = 0; i < map.stems.size(); ++i) {
+    const vec2 at = pose * map.stems.at[i].xy();
+    double nearest = std::numeric_limits<double>::infinity();
+    correspondence pair{i, 0};
+    target.index->for_each_within(at.x, at.y, pairing_radius, [&](stem_index tree, double squared) {
+      if (squared < nearest) nearest = squared, pair.target = tree;
+    });
+    if (std::isfinite(nearest)) candidate.pairs.push_back(pair);
+  }
+  if (candidate.pairs.size() < min_pairs) return 0;
+  const matching_context context(map.stems, target.stems, map.index, target.index, true,
+                                 degrees_of_freedom::four);
+  plantation_tries tries{1};
+  const auto h =
+      score_candidate(candidate, context, map, target, -std::numeric_limits<double>::infinity(), tries);
+  const bool is_there = h && agree({pose, center, 0}, {plan_of(h->target_from_source), center, 0});
+  return is_there ? h->log10_nfa : 0;
+}
+
+/// Links of maps that stand alone, by which their stems fit the trees of the component `part`: significantly,
+/// and at no other place that links propose half as well. `max_log10_nfa`: that of a link. Cost: that of a
+/// link for each link of such a map.
+inline std::vector<std::size_t> decide_places(std::span<const prepared_stems> maps,
+                                              std::span<const survey_link> links, const placed_maps& placed,
+                                              const adjusted_survey& adjusted, std::uint32_t part,
+                                              double max_log10_nfa) {
+  std::vector<std::size_t> decided, members(placed.parts.count());
+  for (const std::uint32_t p : placed.parts.of) ++members[p];
+  const link_graph graph(maps.size(), links, [](const survey_link&) { return true; });
+  const tree_map trees(adjusted, maps, placed.parts, part);
+  const auto leads_there = [&](const link_graph::edge& e) { return placed.parts.of[e.neighbor] == part; };
+  for (std::uint32_t m = 0; m < maps.size(); ++m) {
+    if (members[placed.parts.of[m]] > 1 || graph.of(m).empty()) continue;
+    poll_cancelled();
+    const auto place_by = [&](const link_graph::edge& e) {
+      const survey_link& l = graph.link(e);
+      return proposed_place{adjusted.poses[e.neighbor] * graph.neighbor_from(m, e),
+                            l.source == m ? l.center_in_source() : l.center, e.link};
+    };
+    double best = 0, second = 0;
+    std::optional<proposed_place> chosen;
+    for (const auto& e : guess_places(m, graph, adjusted.poses, leads_there)) {
+      const proposed_place place = place_by(e);
+      const double log10_nfa = score_place(maps[m], place.pose, trees);
+      if (log10_nfa < best)
+        second = best, best = log10_nfa, chosen = place;
+      else
+        second = std::min(second, log10_nfa);
+    }
+    if (!chosen || best > max_log10_nfa || 2 * second < best) continue;
+    for (const auto& e : graph.of(m))
+      if (leads_there(e) && agree(*chosen, place_by(e))) decided.push_back(e.link);
+  }
+  return decided;
+}
+
+}  // namespace globalmatch::detail
