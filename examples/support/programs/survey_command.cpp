@@ -27,6 +27,10 @@ void survey_command::add_to(CLI::App& app) {
                  "measured positions and yaws of scans, with their standard deviations: "
                  "scan,x,y,z,yaw_deg,sigma_xy,sigma_z,sigma_yaw_deg")
       ->type_name("CSV");
+  app.add_option("--targets", targets,
+                 "reflectors that scans show, in their frames, equal names being one point: "
+                 "scan,target,x,y,z,sigma")
+      ->type_name("CSV");
   auto* one_stage =
       app.add_option(
              "--only", only,

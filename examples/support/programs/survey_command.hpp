@@ -14,8 +14,9 @@ namespace globalmatch::support {
 struct survey_command {
   std::vector<std::filesystem::path> scans, stem_maps;  ///< one of them
   std::filesystem::path out_dir, picture;
-  std::vector<std::string> fix;  ///< NAME=T.txt each
-  std::filesystem::path priors;  ///< table of what was measured of scans
+  std::vector<std::string> fix;   ///< NAME=T.txt each
+  std::filesystem::path priors;   ///< table of what was measured of scans
+  std::filesystem::path targets;  ///< table of those that scans show
   std::filesystem::path write_folder, merged;
   std::string write_format;  ///< extension without point; empty: that of each scan
   double voxel = 0.01;       ///< [m] of the merged scans

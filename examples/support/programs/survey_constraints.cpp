@@ -25,6 +25,7 @@ survey_constraints survey_constraints::read(const survey_command& command) {
   survey_constraints known;
   for (const std::string& given : command.fix) known.fixed.push_back(read_fixed(given));
   if (!command.priors.empty()) known.priors = read_priors(command.priors);
+  if (!command.targets.empty()) known.targets = read_targets(command.targets);
   return known;
 }
 
@@ -46,6 +47,7 @@ survey_options survey_constraints::options_for(const survey_work& work,
     options.priors.push_back(p.measured);
     options.priors.back().scan = *scan;
   }
+  options.targets = targets_of(targets, work);
   return options;
 }
 
@@ -72,6 +74,7 @@ void report_constraints(const survey& result, const survey_options& options,
   for (std::size_t i = 0; i < names.size(); ++i)
     if (const double off = result.scans[i].prior_deviations; off > agreeing)
       std::cerr << names[i] << ": its prior is " << std::lround(off) << " standard deviations off\n";
+  report_targets(result, names);
 }
 
 }  // namespace globalmatch::support
