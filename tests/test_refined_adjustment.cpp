@@ -78,6 +78,34 @@ TEST_CASE("poses stay at the start where the trees are precise") {
   CHECK(scenes::max_pose_error(s.adjusted(s.truth, 0.1), s.truth) > 1e-4);
 }
 
+TEST_CASE("a target counts as the stems whose precision it has") {
+  constexpr double stem_sigma = 0.02, pair_sigma = 0.01, offset = 1e-4;  // [m]
+  const std::vector<plan_pose> start(2);
+  const unknown_poses unknowns(2, [](std::size_t m) { return m == 0; });
+  seen_trees landmarks;
+  for (const vec2& place : {vec2{10, 0}, vec2{-10, 0}}) {
+    for (const std::uint32_t m : {0u, 1u}) landmarks.observations.stems.push_back({m, 0});
+    landmarks.observations.first.push_back(landmarks.observations.stems.size());
+    landmarks.places.push_back(place);
+  }
+  survey_link pair;
+  pair.source = 1;
+  pair.target = 0;
+  pair.target_from_source.shift = pair.center = {offset, 0};
+  pair.covariance = mat3::diagonal_of({pair_sigma * pair_sigma, pair_sigma * pair_sigma, 1e-4});
+  for (const double weight : {0.0, 1.0, 4.0, 100.0}) {
+    landmarks.weights = {weight, weight, 1, 1};
+    const std::vector<survey_link> pairs = {pair};
+    refined_plan_adjustment adjustment(start, landmarks, stem_sigma, pairs, unknowns);
+    auto poses = start;
+    REQUIRE(adjustment.adjust(poses));
+    const double of_landmarks = (weight + 1) / 2 / (stem_sigma * stem_sigma),
+                 of_pair = 1 / (pair_sigma * pair_sigma);
+    CHECK(poses[1].shift.x == Approx(offset * of_pair / (of_pair + of_landmarks)).epsilon(1e-3));
+    CHECK(adjustment.covariances()[0](0, 0) == Approx(1 / (of_pair + of_landmarks)).epsilon(1e-3));
+  }
+}
+
 TEST_CASE("pairs that disagree with others lose their weight, however far the start is off") {
   random_source random(4);
   scene s(random);

@@ -32,9 +32,19 @@ struct scene {
     trees = find_trees(seen.maps, order, poses, std::vector<double>(poses.size(), 0.4));
   }
 
-  survey_heights find() const {
+  survey_heights find(const target_observations& targets = {}) const {
     const link_graph graph(seen.maps.size(), links, [](const survey_link& l) { return l.used; });
-    return find_heights(seen.maps, trees, graph, {order});
+    return find_heights(seen.maps, trees, graph, {order}, {}, targets);
+  }
+
+  /// A target that some maps show, at a height [m] of the survey.
+  void add_target(target_observations& targets, double height, const std::vector<std::uint32_t>& maps,
+                  double noise, random_source& random) const {
+    for (const std::uint32_t m : maps) {
+      const double z = height - seen.heights[m] + noise * random.normal();
+      targets.seen.push_back({m, {0, 0, z}, std::max(1e-3, noise), std::uint32_t(targets.seen.size())});
+    }
+    targets.first.push_back(targets.seen.size());
   }
 };
 
@@ -97,6 +107,58 @@ TEST_CASE("maps without heights have none, and the others keep theirs, be it the
     for (std::size_t i = 0; i < s.trees.stems.size(); ++i)
       if (s.trees.stems[i].map == without) CHECK(heights.weights[i] == 0);
   }
+}
+
+TEST_CASE("targets give heights also where maps show no ground") {
+  random_source random(10);
+  scene s(3, 0.02, random);
+  for (const std::size_t m : {4u, 5u, 8u}) {
+    s.seen.maps[m].stems.has_heights = false;
+    for (vec3& p : s.seen.maps[m].stems.at) p.z = 0;
+  }
+  target_observations targets;
+  s.add_target(targets, 2, {1, 4}, 0.002, random);
+  s.add_target(targets, 3, {4, 5, 7}, 0.002, random);
+  const survey_heights heights = s.find(targets);
+  for (std::size_t m = 0; m < 9; ++m) {
+    CHECK(bool(heights.known[m]) == (m != 8));  // which shows no target
+    if (m != 8) CHECK(heights.of_map[m] == Approx(s.seen.heights[m]).margin(0.02));
+  }
+  CHECK(heights.sigma[4] > heights.sigma[1]);
+  REQUIRE(heights.target_weights.size() == 5);
+  for (const double w : heights.target_weights) CHECK(w > 0.3);
+  for (std::size_t i = 0; i < s.trees.stems.size(); ++i)
+    if (s.trees.stems[i].map == 4) CHECK(heights.weights[i] == 0);
+}
+
+TEST_CASE("heights by targets alone are those of dense least squares") {
+  random_source random(11);
+  scene s(2, 0, random);
+  for (prepared_stems& m : s.seen.maps) m.stems.has_heights = false;
+  target_observations targets;
+  for (const double height : {0.0, 1.0, 2.0, 5.0}) s.add_target(targets, height, {0, 1, 2, 3}, 0.003, random);
+  const survey_heights heights = s.find(targets);
+  for (std::uint32_t m = 1; m < 4; ++m) {  // of one weight, so that means of differences are the answer
+    double mean = 0;
+    for (std::size_t t = 0; t < 4; ++t) mean += (targets.of(t)[0].at.z - targets.of(t)[m].at.z) / 4;
+    CHECK(heights.known[m]);
+    CHECK(heights.of_map[m] == Approx(mean).margin(0.002));
+    CHECK(heights.sigma[m] == Approx(0.003 * std::sqrt(2.0 / 4)).epsilon(0.3));
+  }
+}
+
+TEST_CASE("a target at a wrong height loses its weight, and displaces no map") {
+  random_source random(12);
+  const scene s(3, 0.02, random);
+  target_observations targets;
+  for (const double height : {1.0, 2.0, 3.0}) s.add_target(targets, height, {0, 1, 3, 4}, 0.002, random);
+  targets.seen[5].at.z += 0.35;
+  const survey_heights heights = s.find(targets);
+  for (const std::size_t m : {1u, 3u, 4u}) {
+    CHECK(heights.of_map[m] == Approx(s.seen.heights[m]).margin(0.006));
+    CHECK(heights.sigma[m] < 0.003);
+  }
+  for (std::size_t i = 0; i < 12; ++i) CHECK((heights.target_weights[i] == 0) == (i == 5));
 }
 
 TEST_CASE("where a map has no tree in common its height is unknown, and that of the others is not") {

@@ -124,6 +124,46 @@ TEST_CASE("refined poses are nearer to the truth, in plan and in height, and kno
   }
 }
 
+TEST_CASE("targets hold two stands together while each is refined") {
+  random_source random(21);
+  const surveyed_stand first(3, random), second(3, random);
+  std::vector<stem_map> maps = first.maps;
+  maps.insert(maps.end(), second.maps.begin(), second.maps.end());
+  std::vector<Eigen::Isometry3d> scan_from_world = first.scan_from_stand;
+  for (const Eigen::Isometry3d& t : second.scan_from_stand)
+    scan_from_world.push_back(t * Eigen::Translation3d(-60, 0, 0));
+  survey_options options;
+  const Eigen::Vector3d places[] = {{29, 2, 1}, {33, 10, 3}, {28, 22, 2}};
+  for (std::size_t t = 0; t < 3; ++t)
+    for (std::size_t m = 0; m < 6; ++m)
+      options.targets.push_back(
+          {m, "T" + std::to_string(t),
+           scan_from_world[m] * places[t] +
+               0.001 * Eigen::Vector3d(random.normal(), random.normal(), random.normal()),
+           0.001});
+  survey s = register_survey(maps, options);
+  REQUIRE(s.components == 1);
+  refine_survey(s, [&](std::size_t m) { return maps[m]; });
+  for (const std::size_t begin : {0u, 3u})
+    for (std::size_t m = begin + 1; m < begin + 3; ++m) {
+      const Eigen::Isometry3d found = s.scans[begin].survey_from_scan.inverse() * s.scans[m].survey_from_scan,
+                              truth = scan_from_world[begin] * scan_from_world[m].inverse();
+      const Eigen::Vector3d center = scan_from_world[m] * Eigen::Vector3d(begin == 0 ? 12 : 72, 12, 0);
+      CHECK((found * center - truth * center).norm() < 0.002);
+    }
+  REQUIRE(s.targets.size() == 3);
+  for (std::size_t t = 0; t < 3; ++t) {
+    std::size_t fitting = 0;
+    for (const survey::target_observation& o : s.targets[t].seen) {
+      CHECK(o.residual < 0.005);
+      fitting += o.weight > 0.2 && o.height_weight > 0.2;
+    }
+    CHECK(fitting >= 5);
+  }
+  for (const survey::link& l : s.links)
+    if (l.targets > 0) CHECK(l.residual < 0.004);
+}
+
 TEST_CASE("without icp the ground gives heights, and poses in plan stay") {
   random_source random(2);
   const surveyed_stand stand(4, random);

@@ -58,6 +58,7 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   support::fill_statuses(work.rows, result);
   json report = support::describe(work.rows, result);
   report["reference"] = reference;
+  report["targets"] = support::describe_targets(result, work.names);
   report["refinement"] = refinement;
   if (work.control) report["control"] = control;
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, result);

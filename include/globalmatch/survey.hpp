@@ -64,6 +64,8 @@ inline void require_scans(const survey_options& options, std::size_t maps) {
   }
   for (const survey_options::prior& p : options.priors)
     if (p.scan >= maps) throw std::invalid_argument("priors: there is no map of that number");
+  for (const survey_options::target& t : options.targets)
+    if (t.scan >= maps) throw std::invalid_argument("targets: there is no map of that number");
 }
 
 /// All maps in the internal representation.

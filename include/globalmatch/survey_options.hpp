@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/matching.hpp"
@@ -42,6 +44,14 @@ struct survey_options {
     double sigma = 0.002;  ///< [rad] about each horizontal axis
   };
 
+  /// A target, as a reflector or a sphere, as a scan shows it. Those of one name are one point.
+  struct target {
+    std::size_t scan = 0;
+    std::string name = {};
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the scan's frame
+    double sigma = 0.005;                                ///< [m] along each axis
+  };
+
   /// Number of false alarms: wrong links that are expected of all pairs of maps, if none had anything in
   /// common (ours).
   double max_nfa = 1e-3;
@@ -58,7 +68,25 @@ struct survey_options {
   /// The vertical of what links compare with these is their mean, weighted, however many scans lean against
   /// it. One of them is the reference of its component, unless that is given or has fixed scans.
   std::vector<survey_options::level> levels = {};
+  /// Measurements of the adjustment beside the stems. Scans that have two in common are linked by them.
+  std::vector<survey_options::target> targets = {};
 };
+
+/// Throws `std::invalid_argument` where a target makes no sense.
+inline void require_valid(const std::vector<survey_options::target>& targets) {
+  std::vector<std::pair<std::size_t, std::string_view>> seen;
+  for (const survey_options::target& t : targets) {
+    if (t.name.empty()) throw std::invalid_argument("targets: one has no name");
+    if (!t.position.allFinite())
+      throw std::invalid_argument("targets: the position of " + t.name + " is not finite");
+    if (!(t.sigma > 0) || t.sigma > std::numeric_limits<double>::max())
+      throw std::invalid_argument("targets: the standard deviation of " + t.name + " must be positive");
+    seen.emplace_back(t.scan, t.name);
+  }
+  std::sort(seen.begin(), seen.end());
+  if (const auto twice = std::adjacent_find(seen.begin(), seen.end()); twice != seen.end())
+    throw std::invalid_argument("targets: a scan has " + std::string(twice->second) + " twice");
+}
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
 inline void require_valid(const survey_options& options) {
@@ -73,6 +101,7 @@ inline void require_valid(const survey_options& options) {
   for (const survey_options::level& l : options.levels)
     if (!(l.sigma > 0) || !std::isfinite(l.sigma))
       throw std::invalid_argument("levels: standard deviations must be positive and finite");
+  require_valid(options.targets);
 }
 
 /// Where the scans of a survey stand.
@@ -120,22 +149,26 @@ struct survey {
     double yaw_sigma = 0;  ///< [rad] by which priors know its direction; infinite where they do not
   };
 
-  /// Two scans whose stems agree.
+  /// Two scans whose stems agree, or targets that both show.
   struct link {
     std::size_t source = 0, target = 0;
     Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< of this pair of maps alone
-    double log10_nfa = 0;               ///< transforms expected to do as well, of one pair of unrelated maps
-    std::size_t correspondences = 0;    ///< stems paired
-    double inlier_threshold = 0;        ///< [m] at which they were
-    double rms = 0;                     ///< [m] distance in plan of paired stems
-    double sigma_plan = 0;              ///< [m] along each axis, at the centroid of the paired stems
-    double sigma_yaw = 0;               ///< [rad] about that
+    /// Transforms expected to do as well, of one pair of unrelated maps. Not a number where targets link
+    /// them.
+    double log10_nfa = 0;
+    std::size_t correspondences = 0;  ///< stems paired
+    std::size_t targets = 0;          ///< that link the scans, in place of stems
+    double inlier_threshold = 0;      ///< [m] at which stems were paired
+    double rms = 0;                   ///< [m] distance in plan of paired stems, or targets
+    double sigma_plan = 0;            ///< [m] along each axis, at the centroid of the paired stems or targets
+    double sigma_yaw = 0;             ///< [rad] about that
     std::size_t supporting_cycles = 0;  ///< of three links, that close
     /// [m] in plan, at that centroid: median over the cycles of three links that are used; not a number
     /// without any.
     double closure = std::numeric_limits<double>::quiet_NaN();
-    double residual = 0;  ///< [m] in plan, at the paired stems, from the adjusted poses
-    bool used = false;    ///< in the adjustment
+    /// [m] in plan, from the adjusted poses: at the paired stems, or at the centroid of targets.
+    double residual = 0;
+    bool used = false;  ///< in the adjustment
   };
 
   /// A stem of a scan.
@@ -153,10 +186,33 @@ struct survey {
     std::vector<survey::observation> seen = {};          ///< one a scan
   };
 
-  std::vector<survey::scan> scans;  ///< in the order of the maps
-  std::vector<survey::link> links;  ///< ordered by source, then by target
-  std::vector<survey::tree> trees;  ///< of the placed scans
-  double stem_sigma = 0;            ///< [m] of a stem of a scan, in plan, along each axis
+  /// A target of `survey_options`, and how it fits where the others of its name are.
+  struct target_observation {
+    std::size_t scan = 0;
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the scan's frame
+    double sigma = 0;                                    ///< [m] along each axis
+    /// What it counts beside its standard deviation, in plan and in height; 0 where it does not fit. The
+    /// latter is 0 as well where the height of the scan is not known.
+    double weight = 1, height_weight = 1;
+    /// [m] from where the others have it; in plan where heights are not known. Not a number without others.
+    double residual = std::numeric_limits<double>::quiet_NaN();
+  };
+
+  /// A target, from all scans of a component that show it.
+  struct target {
+    std::string name = {};
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] frame of the survey
+    double sigma = 0;                                    ///< [m] in plan, along each axis, in the survey
+    double height_sigma = 0;                             ///< [m] infinite where no height is known
+    int component = -1;                                  ///< of the scans that show it
+    std::vector<survey::target_observation> seen = {};   ///< one a scan
+  };
+
+  std::vector<survey::scan> scans;      ///< in the order of the maps
+  std::vector<survey::link> links;      ///< ordered by source, then by target
+  std::vector<survey::tree> trees;      ///< of the placed scans
+  std::vector<survey::target> targets;  ///< of scans that have a component, by name and component
+  double stem_sigma = 0;                ///< [m] of a stem of a scan, in plan, along each axis
   std::size_t components = 0;
   std::vector<survey::frame> frames;  ///< of the components
   std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems

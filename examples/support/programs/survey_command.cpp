@@ -36,6 +36,10 @@ void survey_command::add_to(CLI::App& app) {
       ->type_name("NAME,SIGMA_DEG")
       ->take_all()
       ->allow_extra_args(false);
+  app.add_option("--targets", targets,
+                 "reflectors that scans show, in their frames, equal names being one point: "
+                 "scan,target,x,y,z,sigma")
+      ->type_name("CSV");
   auto* one_stage =
       app.add_option(
              "--only", only,

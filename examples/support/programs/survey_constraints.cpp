@@ -108,6 +108,7 @@ survey_constraints survey_constraints::read(const survey_command& command) {
   if (!command.priors.empty()) known.priors = read_priors(command.priors);
   for (const std::string& given : command.levels) known.levels.push_back(read_level(given));
   if (!command.control.empty()) known.control = read_control(command.control);
+  if (!command.targets.empty()) known.targets = read_targets(command.targets);
   return known;
 }
 
@@ -165,6 +166,7 @@ survey_options survey_constraints::options_for(const survey_work& work,
     options.priors.push_back(p.measured);
     options.priors.back().scan = *scan;
   }
+  options.targets = targets_of(targets, work);
   return options;
 }
 
@@ -175,6 +177,7 @@ void report_constraints(const survey& result, const survey_options& options, con
   for (std::size_t i = 0; i < work.names.size(); ++i)
     if (const double off = result.scans[i].prior_deviations; off > agreeing)
       std::cerr << work.names[i] << ": its prior is " << std::lround(off) << " standard deviations off\n";
+  report_targets(result, work.names);
 }
 
 }  // namespace globalmatch::support

@@ -14,6 +14,7 @@
 #include "support/programs/survey_control.hpp"
 #include "support/programs/survey_inputs.hpp"
 #include "support/programs/survey_priors.hpp"
+#include "support/programs/survey_targets.hpp"
 #include "support/programs/survey_work.hpp"
 
 namespace globalmatch::support {
@@ -35,6 +36,7 @@ struct survey_constraints {
   std::vector<named_prior> priors;
   std::vector<named_level> levels;
   std::optional<control_map> control;
+  std::vector<named_target> targets;
 
   /// Reads what the command names. Throws `file_error`, and `std::invalid_argument` naming a bad option.
   static survey_constraints read(const survey_command& command);
@@ -44,14 +46,14 @@ struct survey_constraints {
   /// standard error.
   void require_names(const std::vector<survey_input>& inputs);
 
-  /// The options for the maps at hand. The reference is that of an earlier run in `out_dir`. Priors of scans
-  /// that were not mapped are left out, and named on standard error. Throws `std::invalid_argument` where a
+  /// The options for the maps at hand. The reference is that of an earlier run in `out_dir`. Priors and
+  /// targets of scans that were not mapped are left out, and named on standard error. Throws `std::invalid_argument` where a
   /// fixed or levelled scan was not mapped, or a levelled one with the vertical of its stems.
   survey_options options_for(const survey_work& work, const std::filesystem::path& out_dir) const;
 };
 
 /// Names the scans that their priors or levels have elsewhere than the survey, by more than four standard
-/// deviations, fixed ones that were not held, and components whose frame is not the one that was asked for,
+/// deviations, fixed ones that were not held, targets that do not fit, and components whose frame is not the one that was asked for,
 /// on standard error.
 void report_constraints(const survey& result, const survey_options& options, const survey_work& work);
 

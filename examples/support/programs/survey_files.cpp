@@ -102,15 +102,16 @@ void write_links(const fs::path& path, const std::vector<std::string>& names, co
   atomic_file file(path);
   file.stream()
       << "source,target,tx,ty,tz,qx,qy,qz,qw,sigma_plan,sigma_yaw_deg,nfa,log10_nfa,inliers,rms,residual,"
-         "closure,cycles,used\n";
+         "closure,cycles,used,targets\n";
   for (const survey::link& l : result.links) {
     file.stream() << field(names[l.source]) << ',' << field(names[l.target]) << ',';
     write_pose(file.stream(), l.target_from_source);
     file.stream() << ',' << l.sigma_plan << ',' << l.sigma_yaw * 180 / std::numbers::pi << ','
-                  << std::pow(10, l.log10_nfa) << ',' << l.log10_nfa << ',' << l.correspondences << ','
-                  << l.rms << ',';
+                  << known{std::pow(10, l.log10_nfa)} << ',' << known{l.log10_nfa} << ',' << l.correspondences
+                  << ',' << l.rms << ',';
     if (l.used) file.stream() << l.residual;
-    file.stream() << ',' << known{l.closure} << ',' << l.supporting_cycles << ',' << (l.used ? 1 : 0) << '\n';
+    file.stream() << ',' << known{l.closure} << ',' << l.supporting_cycles << ',' << (l.used ? 1 : 0) << ','
+                  << l.targets << '\n';
   }
   file.commit();
 }

@@ -28,8 +28,9 @@ struct survey_row {
 void write_poses(const std::filesystem::path& path, const std::vector<survey_row>& rows,
                  const survey& result);
 
-/// `source,target,tx..qw,sigma_plan,sigma_yaw_deg,nfa,log10_nfa,inliers,rms,residual,closure,cycles,used`:
-/// target_from_source of the pair alone, its standard deviations at the centroid of the paired stems.
+/// `source,target,tx..qw,sigma_plan,sigma_yaw_deg,nfa,log10_nfa,inliers,rms,residual,closure,cycles,used,
+/// targets`: target_from_source of the pair alone, its standard deviations at the centroid of the paired
+/// stems, or of the targets that link them.
 void write_links(const std::filesystem::path& path, const std::vector<std::string>& names,
                  const survey& result);
 

@@ -1,4 +1,4 @@
-// Poses of a survey adjusted with the trees of each component as landmarks.
+// Poses of a survey adjusted with the trees of each component, and the targets, as landmarks.
 #pragma once
 
 #include <algorithm>
@@ -17,18 +17,21 @@
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/stem_deviations.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_targets.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
 #include "globalmatch/detail/survey/tree_adjustment.hpp"
 
 namespace globalmatch::detail {
 
-/// Poses in plan, adjusted with the trees of each component as landmarks; trees; standard deviations.
+/// Poses in plan, adjusted with the trees of each component and targets as landmarks; standard deviations.
 struct adjusted_survey {
   std::vector<plan_pose> poses;
   std::vector<mat3> covariance;  ///< of shift and yaw of each pose, along the axes of the survey
   tree_observations trees;
-  std::vector<double> weights;  ///< of the observations
-  double stem_sigma = 0;        ///< [m] of one of weight 1 in plan, along each axis
+  std::vector<double> weights;         ///< of the observations
+  double stem_sigma = 0;               ///< [m] of one of weight 1 in plan, along each axis
+  target_observations targets;         ///< of each component by themselves
+  std::vector<double> target_weights;  ///< of their observations, beside their standard deviations
 };
 
 /// Trees of all components, and of maps that stand alone none.
@@ -52,13 +55,15 @@ inline tree_observations trees_of_components(std::span<const prepared_stems> map
 inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, const placed_maps& placed,
                                        std::span<const survey_link> links,
                                        const std::vector<std::vector<std::uint32_t>>& members,
-                                       const known_poses& known = {}) {
+                                       const known_poses& known = {},
+                                       const target_observations& targets = {}) {
   constexpr int iterations = 2;
   constexpr double in_deviations = 6, min_radius = 0.05;   // [m]
   constexpr double unknown_shift = 1e6, unknown_yaw = 10;  // [m^2] [rad^2]
   adjusted_survey result;
   result.poses = placed.poses;
   result.covariance.resize(maps.size());
+  result.targets = targets_of_components(targets, placed.parts.of);
   const unknown_poses unknowns(maps.size(), [&](std::size_t m) {
     const std::uint32_t component = placed.parts.of[m];
     return members[component].size() < 2 || placed.parts.reference[component] == m || known.is_fixed(m);
@@ -68,16 +73,18 @@ inline adjusted_survey adjust_to_trees(std::span<const prepared_stems> maps, con
   for (const double d : deviations) radius.push_back(std::max(min_radius, in_deviations * d));
   for (int iteration = 0; iteration < iterations; ++iteration) {
     result.trees = trees_of_components(maps, result.poses, members, radius);
-    tree_adjustment adjustment(maps, result.trees, links, unknowns, deviations);
+    tree_adjustment adjustment(maps, result.trees, links, unknowns, deviations, result.targets);
     std::vector<plan_pose> poses = result.poses;
     if (!adjustment.adjust(poses)) {
       result.trees = {};
       result.weights.clear();
+      result.target_weights.assign(result.targets.seen.size(), 0);
       result.covariance.assign(maps.size(), mat3::diagonal_of({unknown_shift, unknown_shift, unknown_yaw}));
       break;
     }
     result.poses = std::move(poses);
     result.weights = adjustment.weights();
+    result.target_weights = adjustment.target_weights();
     result.stem_sigma = adjustment.sigma();
     if (iteration + 1 < iterations) continue;
     result.covariance = adjustment.covariances();

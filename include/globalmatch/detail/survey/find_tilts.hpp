@@ -62,14 +62,16 @@ inline std::optional<relative_tilt> tilt_of_link(std::span<const prepared_stems>
                        std::max({min_variance, covariance(3, 3), covariance(4, 4)})};
 }
 
-/// What the links that are used say of the verticals of their maps; nothing of others.
+/// What the links that are used say of the verticals of their maps; nothing of others, nor of those by
+/// targets.
 inline std::vector<std::optional<relative_tilt>> tilts_of_links(std::span<const prepared_stems> maps,
                                                                 std::span<const survey_link> links,
                                                                 std::span<const plan_pose> poses,
                                                                 const execution& exec) {
   std::vector<std::optional<relative_tilt>> of_link(links.size());
   parallel_for(exec, "verticals", links.size(), [&](std::size_t i) {
-    if (links[i].used) of_link[i] = tilt_of_link(maps, links[i], poses[links[i].target]);
+    if (links[i].used && !links[i].is_of_targets())
+      of_link[i] = tilt_of_link(maps, links[i], poses[links[i].target]);
   });
   return of_link;
 }

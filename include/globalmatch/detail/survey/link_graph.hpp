@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
@@ -18,7 +19,8 @@
 
 namespace globalmatch::detail {
 
-/// The links of each map, those with lower neighbors first. Refers to the links.
+/// The links of each map, those with lower neighbors first. Two maps may have one by stems and one by
+/// targets. Refers to the links.
 class link_graph {
  public:
   struct edge {
@@ -35,8 +37,9 @@ class link_graph {
       edges_[links[l].target].push_back({links[l].source, l});
     }
     for (auto& of_map : edges_)
-      std::sort(of_map.begin(), of_map.end(),
-                [](const edge& a, const edge& b) { return a.neighbor < b.neighbor; });
+      std::sort(of_map.begin(), of_map.end(), [](const edge& a, const edge& b) {
+        return key_of(a.neighbor, a.link) < key_of(b.neighbor, b.link);
+      });
   }
 
   std::size_t size() const { return edges_.size(); }
@@ -58,8 +61,12 @@ class link_graph {
         ++i;
       else if (of_b[j].neighbor < of_a[i].neighbor)
         ++j;
-      else
-        visit(of_a[i++], of_b[j++]);
+      else {
+        const std::uint32_t common = of_a[i].neighbor;
+        const std::size_t first = j;
+        for (; i < of_a.size() && of_a[i].neighbor == common; ++i)
+          for (j = first; j < of_b.size() && of_b[j].neighbor == common; ++j) visit(of_a[i], of_b[j]);
+      }
     }
   }
 

@@ -45,11 +45,11 @@ void serialize(Archive& archive, V& value) {
   archive(value.source, value.target);
 }
 
-/// All but what later rounds say of a link.
+/// All but what later rounds say of a link, which is by stems.
 template <class Archive, either_const<survey_link> V>
 void serialize(Archive& archive, V& value) {
   [[maybe_unused]] auto& [source, target, pose, center, covariance, log10_nfa, inlier_threshold, rms,
-                          correspondences, supporting_cycles, used] = value;
+                          correspondences, targets, target_raise, supporting_cycles, used] = value;
   archive(source, target, pose.shift, pose.yaw, center, covariance, log10_nfa, inlier_threshold, rms,
           correspondences);
 }

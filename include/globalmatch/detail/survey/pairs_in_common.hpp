@@ -24,11 +24,12 @@ struct scans_in_common {
   std::size_t trees;
 };
 
-/// All pairs of placed scans that see a tree in common, by their numbers; a link that is used counts as one.
+/// All pairs of placed scans that see a tree in common, by their numbers; a link by stems that is used counts
+/// as one.
 inline std::vector<scans_in_common> all_in_common(const survey& s) {
   std::vector<std::uint64_t> keys;
   for (const survey::link& l : s.links)
-    if (l.used)
+    if (l.used && l.targets == 0)
       keys.push_back(
           key_of(std::uint32_t(std::min(l.source, l.target)), std::uint32_t(std::max(l.source, l.target))));
   for (const survey::tree& t : s.trees)

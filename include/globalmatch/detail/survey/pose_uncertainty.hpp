@@ -40,4 +40,15 @@ inline transform_uncertainty sum_of(const transform_uncertainty& a, const transf
   return result;
 }
 
+/// Variances [m^2] of a place along one horizontal axis and along the vertical.
+struct place_variance {
+  double horizontal, height;
+
+  place_variance(const transform_uncertainty& u, const Eigen::Vector3d& place) {
+    const Eigen::Matrix3d there = u.at(place);
+    height = u.up.dot(there * u.up);
+    horizontal = (there.trace() - height) / 2;
+  }
+};
+
 }  // namespace globalmatch::detail

@@ -61,10 +61,14 @@ class graduated_weights {
   std::vector<double> weights_;
 };
 
-/// A tree, and the maps that saw it.
+/// Trees, and the maps that saw them; targets as well.
 struct seen_trees {
   tree_observations observations;
   std::vector<vec2> places;  ///< [m] of each tree, along the levelled axes of the survey
+  /// Of observations, as multiples of that of a stem; empty: all are stems.
+  std::vector<double> weights = {};
+
+  double weight(std::size_t observation) const { return weights.empty() ? 1 : weights[observation]; }
 };
 
 /// The adjustment in plan. What the trees say is a quadratic form about the start, which is their own
@@ -135,9 +139,13 @@ class refined_plan_adjustment {
     std::vector<Eigen::Vector2d> moved;
     for (std::size_t t = 0; t < trees_.observations.size(); ++t) {
       const auto seen = trees_.observations.of(t);
+      const auto weight = [&](std::size_t i) { return trees_.weight(trees_.observations.first[t] + i); };
       of_pose.clear();
       moved.clear();
       Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+      double total = 0;
+      for (std::size_t i = 0; i < seen.size(); ++i) total += weight(i);
+      if (!(total > 0)) continue;
       for (const stem_of_map& o : seen) {
         const plan_pose &now = poses[o.map], &before = start_[o.map];
         const vec2 lever = quarter_turned(trees_.places[t] - before.shift);
@@ -146,16 +154,16 @@ class refined_plan_adjustment {
         of_pose.push_back(j);
         moved.push_back(j * Eigen::Vector3d(now.shift.x - before.shift.x, now.shift.y - before.shift.y,
                                             now.yaw - before.yaw));
-        mean += moved.back() / double(seen.size());
+        mean += weight(moved.size() - 1) * moved.back() / total;
       }
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const std::uint32_t own = unknowns_.of[seen[i].map];
         if (own == unknown_poses::fixed) continue;
-        system_.add_right(own, -information * (of_pose[i].transpose() * (moved[i] - mean)));
+        system_.add_right(own, -information * weight(i) * (of_pose[i].transpose() * (moved[i] - mean)));
         for (std::size_t k = 0; k < seen.size(); ++k) {
           const std::uint32_t other = unknowns_.of[seen[k].map];
           if (other == unknown_poses::fixed || other > own) continue;
-          const double share = (k == i ? 1 : 0) - 1 / double(seen.size());
+          const double share = (k == i ? weight(i) : 0) - weight(i) * weight(k) / total;
           system_.add(own, other, information * share * (of_pose[i].transpose() * of_pose[k]));
         }
       }

@@ -18,6 +18,8 @@
 namespace globalmatch::detail {
 
 inline constexpr double min_stem_deviation = 1e-4;  // [m]
+/// [m] Of stems of scans, where no link by stems says it.
+inline constexpr double usual_stem_deviation = 0.03;
 
 /// Sum of the variances [m^2] of stems along each axis, of both maps of a link, from the median distance of
 /// the stems that it pairs: some are off by much more, as those seen from two sides, and lose their weight
@@ -113,13 +115,15 @@ inline std::vector<double> deviations_of_maps(std::span<const link_variance> lin
   return found;
 }
 
-/// The same from the links that are used.
+/// The same from the links that are used; the usual ones where only targets link maps.
 inline std::vector<double> deviations_by_links(std::span<const prepared_stems> maps,
                                                std::span<const survey_link> links) {
   std::vector<link_variance> variances;
   for (const survey_link& l : links)
     if (l.used && !l.correspondences.empty())
       variances.push_back({l.source, l.target, sum_of_variances(maps, l), double(l.correspondences.size())});
+  const bool has_others = std::any_of(links.begin(), links.end(), [](const auto& l) { return l.used; });
+  if (variances.empty() && has_others) return std::vector<double>(maps.size(), usual_stem_deviation);
   return deviations_of_maps(variances, maps.size());
 }
 

@@ -36,6 +36,8 @@ inline void move_component(survey& result, int component, const Eigen::Isometry3
   }
   for (survey::tree& tree : result.trees)
     if (tree.component == component) tree.position = other_from_survey * tree.position;
+  for (survey::target& target : result.targets)
+    if (target.component == component) target.position = other_from_survey * target.position;
 }
 
 /// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.

@@ -1,5 +1,5 @@
-// Heights of the maps of a survey, once they are placed in plan: from the heights of the trees that they have
-// in common.
+// Heights of the maps of a survey, once they are placed in plan: from the heights of the trees and targets
+// that they have in common.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "globalmatch/detail/survey/block_system.hpp"
 #include "globalmatch/detail/survey/known_poses.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
+#include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_targets.hpp"
 #include "globalmatch/detail/survey/survey_trees.hpp"
 
 namespace globalmatch::detail {
@@ -26,126 +29,197 @@ namespace globalmatch::detail {
 struct survey_heights {
   std::vector<double> of_map;       ///< [m] by which each is raised
   std::vector<double> sigma;        ///< [m] of these, against the datum of the component
-  std::vector<std::uint8_t> known;  ///< by trees in common with the datum, or with maps that have some
+  std::vector<std::uint8_t> known;  ///< by landmarks in common with the datum, or with maps that have some
   double stem_sigma = 0;            ///< [m] of a stem's height
   std::vector<double> weights;      ///< of the observations of the trees
+  std::vector<double> target_weights = {};  ///< of those of targets, beside their standard deviations
 };
 
+/// Maps that say something of heights: by their stems above ground, or by targets that others show as well.
+inline std::vector<std::uint8_t> maps_with_heights(std::span<const prepared_stems> maps,
+                                                   const target_observations& targets) {
+  std::vector<std::uint8_t> has_heights;
+  for (const prepared_stems& map : maps) has_heights.push_back(map.stems.has_heights);
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    if (targets.of(t).size() > 1)
+      for (const target_of_map& o : targets.of(t)) has_heights[o.map] = true;
+  return has_heights;
+}
+
 /// The maps of each component that the heights of others refer to: fixed ones that have any, else the first
-/// one that has, or the first one. `members`: the maps of each, the reference first.
+/// one whose stems have, or that has any, or the first one. `members`: the maps of each, the reference first.
 inline std::vector<std::uint32_t> height_datums(std::span<const prepared_stems> maps,
+                                                std::span<const std::uint8_t> has_heights,
                                                 const std::vector<std::vector<std::uint32_t>>& members,
                                                 const known_poses& known) {
   std::vector<std::uint32_t> datums;
   for (const auto& of_component : members) {
     const std::size_t before = datums.size();
     for (const std::uint32_t m : of_component)
-      if (known.is_fixed(m) && maps[m].stems.has_heights) datums.push_back(m);
+      if (known.is_fixed(m) && has_heights[m]) datums.push_back(m);
     if (datums.size() > before) continue;
-    const auto first = std::find_if(of_component.begin(), of_component.end(),
-                                    [&](std::uint32_t m) { return maps[m].stems.has_heights; });
+    auto first = std::find_if(of_component.begin(), of_component.end(),
+                              [&](std::uint32_t m) { return maps[m].stems.has_heights; });
+    if (first == of_component.end())
+      first = std::find_if(of_component.begin(), of_component.end(),
+                           [&](std::uint32_t m) { return has_heights[m] != 0; });
     datums.push_back(first == of_component.end() ? of_component.front() : *first);
   }
   return datums;
 }
 
-/// Heights along the links that are used, by the median of the paired stems, from each datum on.
+/// Heights along the links that are used, by the median of the paired stems, or by targets: from the maps in
+/// `open` on, whose heights are known.
 inline void heights_along_links(std::span<const prepared_stems> maps, const link_graph& graph,
-                                std::span<const std::uint32_t> datums, survey_heights& heights) {
-  std::vector<std::uint32_t> open;
-  for (const std::uint32_t m : datums)
-    if (maps[m].stems.has_heights) heights.known[m] = true, open.push_back(m);
-  for (std::size_t next = 0; next < open.size(); ++next) {
-    const std::uint32_t m = open[next];
-    for (const auto& e : graph.of(m)) {
-      if (heights.known[e.neighbor] || !maps[e.neighbor].stems.has_heights) continue;
-      const survey_link& l = graph.link(e);
-      std::vector<double> above;  // the neighbor's stems, those of `m`
-      for (const correspondence& c : l.correspondences) {
-        const double of_source = maps[l.source].stems.at[c.source].z,
-                     of_target = maps[l.target].stems.at[c.target].z;
-        above.push_back(l.source == m ? of_target - of_source : of_source - of_target);
+                                std::vector<std::uint32_t>& open, survey_heights& heights) {
+  while (!open.empty()) {
+    std::vector<std::uint32_t> reached;
+    for (const std::uint32_t m : open)
+      for (const auto& e : graph.of(m)) {
+        const survey_link& l = graph.link(e);
+        const bool by_stems = maps[m].stems.has_heights && maps[e.neighbor].stems.has_heights;
+        if (heights.known[e.neighbor] || !(by_stems || l.is_of_targets())) continue;
+        const double raise = raise_of(maps, l);
+        heights.of_map[e.neighbor] = heights.of_map[m] + (l.source == m ? -raise : raise);
+        heights.known[e.neighbor] = true;
+        reached.push_back(e.neighbor);
       }
-      heights.of_map[e.neighbor] = heights.of_map[m] - median(above);
-      heights.known[e.neighbor] = true;
-      open.push_back(e.neighbor);
-    }
+    open = std::move(reached);
   }
 }
 
-/// The adjustment of heights to those of trees, which are eliminated. Refers to all that it is given.
+/// The height of a map by the median of the targets that it shows beside maps whose heights are known, and
+/// the map in `open`; false where there is none.
+inline bool next_height_by_targets(const target_observations& targets, std::vector<std::uint32_t>& open,
+                                   survey_heights& heights) {
+  std::vector<std::pair<std::uint32_t, double>> raises;  // of maps
+  for (std::size_t t = 0; t < targets.size(); ++t)
+    for (const target_of_map& known : targets.of(t))
+      for (const target_of_map& other : targets.of(t))
+        if (heights.known[known.map] && !heights.known[other.map])
+          raises.emplace_back(other.map, heights.of_map[known.map] + known.at.z - other.at.z);
+  if (raises.empty()) return false;
+  const std::uint32_t map = std::min_element(raises.begin(), raises.end())->first;
+  std::vector<double> of_map;
+  for (const auto& [m, raise] : raises)
+    if (m == map) of_map.push_back(raise);
+  heights.of_map[map] = median(of_map);
+  heights.known[map] = true;
+  open.assign(1, map);
+  return true;
+}
+
+/// The adjustment of heights to those of landmarks, which are eliminated: the trees, then the targets. Refers
+/// to all that it is given, but not to trees and targets.
 class height_adjustment {
  public:
+  /// `targets`: each of maps of one component.
   height_adjustment(std::span<const prepared_stems> maps, const tree_observations& trees,
-                    const unknown_poses& unknowns, survey_heights& heights)
-      : maps_(maps),
-        trees_(trees),
+                    const target_observations& targets, const unknown_poses& unknowns,
+                    survey_heights& heights)
+      : trees_(trees.size()),
+        first_(trees.first),
         unknowns_(unknowns),
         heights_(heights),
-        system_(unknowns.count, pairs_of_maps(trees, unknowns)) {
-    heights_.weights.assign(trees.stems.size(), 0);
-    for (std::size_t i = 0; i < trees.stems.size(); ++i)
-      heights_.weights[i] = heights_.known[trees.stems[i].map] ? 1 : 0;
+        sigmas_(targets),
+        system_(unknowns.count, pairs_of_landmarks(trees, targets, unknowns)) {
+    for (const stem_of_map& o : trees.stems)
+      seen_.push_back(
+          {o.map, maps[o.map].stems.at[o.stem].z, 0, maps[o.map].stems.has_heights && heights.known[o.map]});
+    for (const target_of_map& o : targets.seen)
+      seen_.push_back({o.map, o.at.z, o.sigma, heights.known[o.map] != 0});
+    for (std::size_t t = 0; t < targets.size(); ++t)
+      first_.push_back(trees.stems.size() + targets.first[t + 1]);
+    for (const observation& o : seen_) agreement_.push_back(o.counts ? 1 : 0);
   }
 
-  /// False where the trees do not determine all heights; those that they do not are not known any more.
+  /// False where the landmarks do not determine all heights; those that they do not are not known any more.
   bool adjust() {
     constexpr int max_iterations = 10;
     constexpr double converged = 1e-5;  // [m]
-    for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    for (int iteration = -sigmas_.steps(); iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight();
-      if (unknowns_.count == 0) return true;
+      reweight_trees();
+      reweight_targets();
+      if (unknowns_.count == 0) break;
       if (forget_unconnected()) return false;
       fill();
       if (!system_.factorize()) {
-        for (std::size_t m = 0; m < maps_.size(); ++m)
+        for (std::size_t m = 0; m < unknowns_.of.size(); ++m)
           if (unknowns_.of[m] != unknown_poses::fixed) heights_.known[m] = false;
         return false;
       }
       const Eigen::VectorXd change = system_.solve();
-      for (std::size_t m = 0; m < maps_.size(); ++m)
+      for (std::size_t m = 0; m < unknowns_.of.size(); ++m)
         if (unknowns_.of[m] != unknown_poses::fixed)
           heights_.of_map[m] += change[Eigen::Index(unknowns_.of[m])];
-      if (change.cwiseAbs().maxCoeff() < converged) break;
+      if (change.cwiseAbs().maxCoeff() < converged && sigmas_.are_final()) break;
+      sigmas_.narrow();
     }
-    const auto variances = system_.inverse_blocks();
-    for (std::size_t m = 0; m < maps_.size(); ++m)
-      if (unknowns_.of[m] != unknown_poses::fixed)
-        heights_.sigma[m] = heights_.stem_sigma * std::sqrt(variances[unknowns_.of[m]](0, 0));
+    note_results();
     return true;
   }
 
  private:
-  double placed(std::size_t i) const {
-    const stem_of_map& o = trees_.stems[i];
-    return maps_[o.map].stems.at[o.stem].z + heights_.of_map[o.map];
+  struct observation {
+    std::uint32_t map;
+    double z;      // [m] in its map
+    double sigma;  // [m] of a target; 0 of stems
+    bool counts;   // its map has heights, and that of the map is known
+  };
+  /// [m] Of heights of stems that agree to the bit, and where there are none.
+  static constexpr double min_sigma = 1e-3;
+
+  double placed(std::size_t i) const { return seen_[i].z + heights_.of_map[seen_[i].map]; }
+  double unit_sigma() const { return std::max(min_sigma, heights_.stem_sigma); }
+  double precision(std::size_t i) const {
+    if (i < first_[trees_]) return 1;
+    const double share = unit_sigma() / sigmas_(seen_[i].sigma);
+    return share * share;
+  }
+  double weight(std::size_t i) const { return agreement_[i] * precision(i); }
+
+  void note_results() {
+    const auto of_targets = agreement_.begin() + std::ptrdiff_t(first_[trees_]);
+    heights_.weights.assign(agreement_.begin(), of_targets);
+    heights_.target_weights.assign(of_targets, agreement_.end());
+    if (unknowns_.count == 0) return;
+    const auto variances = system_.inverse_blocks();
+    for (std::size_t m = 0; m < unknowns_.of.size(); ++m)
+      if (unknowns_.of[m] != unknown_poses::fixed)
+        heights_.sigma[m] = unit_sigma() * std::sqrt(variances[unknowns_.of[m]](0, 0));
   }
 
-  /// Mean height [m] of a tree, and the sum of its weights.
-  std::pair<double, double> mean(std::size_t tree) const {
+  /// Mean height [m] of a landmark, and the sum of its weights.
+  std::pair<double, double> mean(std::size_t landmark) const {
     double sum = 0, total = 0;
-    for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i)
-      sum += heights_.weights[i] * placed(i), total += heights_.weights[i];
+    for (std::size_t i = first_[landmark]; i < first_[landmark + 1]; ++i)
+      sum += weight(i) * placed(i), total += weight(i);
     return {total > 0 ? sum / total : 0, total};
   }
+  /// Median height [m] of those of its observations that count, and their number.
+  std::pair<double, std::size_t> middle(std::size_t landmark) const {
+    std::vector<double> of_landmark;
+    for (std::size_t i = first_[landmark]; i < first_[landmark + 1]; ++i)
+      if (seen_[i].counts) of_landmark.push_back(placed(i));
+    return {median(of_landmark), of_landmark.size()};
+  }
 
-  void reweight() {
-    constexpr double min_sigma = 1e-3;  // [m]
-    std::vector<double> off(trees_.stems.size(), 0), sample;
+  void reweight_trees() {
+    std::vector<double> off(first_[trees_], 0), sample;
     double redundancy = 0;
-    for (std::size_t t = 0; t < trees_.size(); ++t) {
-      std::vector<double> of_tree;
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
-        if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
-      if (of_tree.size() < 2) continue;
-      // From differences: of an odd number of heights one is the median, and 0 off.
-      for (std::size_t k = 1; k < of_tree.size(); ++k)
-        sample.push_back(std::abs(of_tree[k] - of_tree[k - 1]) / std::numbers::sqrt2);
-      const double count = double(of_tree.size()), middle = median(of_tree);
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
-        if (heights_.known[trees_.stems[i].map])
-          off[i] = (placed(i) - middle) * std::sqrt(count / (count - 1));
+    for (std::size_t t = 0; t < trees_; ++t) {
+      const auto [height, number] = middle(t);
+      if (number < 2) continue;
+      const auto count = double(number);
+      std::optional<double> before;
+      for (std::size_t i = first_[t]; i < first_[t + 1]; ++i) {
+        if (!seen_[i].counts) continue;
+        off[i] = (placed(i) - height) * std::sqrt(count / (count - 1));
+        // From differences: of an odd number of heights one is the median, and 0 off.
+        if (before) sample.push_back(std::abs(placed(i) - *before) / std::numbers::sqrt2);
+        before = placed(i);
+      }
       redundancy += count - 1;
     }
     if (sample.empty()) return;
@@ -153,45 +227,67 @@ class height_adjustment {
                                                   growth_of_residuals(redundancy, double(unknowns_.count)));
     const double largest = tukey_constant * heights_.stem_sigma;
     for (std::size_t i = 0; i < off.size(); ++i)
-      if (heights_.known[trees_.stems[i].map])
-        heights_.weights[i] = tukey_weight(off[i] * off[i] / (largest * largest));
+      if (seen_[i].counts) agreement_[i] = tukey_weight(off[i] * off[i] / (largest * largest));
   }
 
-  /// Takes the heights for unknown that no trees connect with a fixed one, and says whether there are any.
-  bool forget_unconnected() {
-    constexpr double min_weight = 1e-3;
-    disjoint_sets connected(maps_.size());
-    for (std::size_t t = 0; t < trees_.size(); ++t) {
-      const stem_of_map* first = nullptr;
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        if (!(heights_.weights[i] > min_weight)) continue;
-        if (first) connected.join(trees_.stems[i].map, first->map);
-        first = &trees_.stems[i];
+  /// As those of trees, from the mean; at first from the median, as one that is off would have the mean
+  /// refuse all.
+  void reweight_targets() {
+    for (std::size_t t = trees_; t + 1 < first_.size(); ++t) {
+      const auto [height, count] = middle(t);
+      if (count < 2) continue;
+      const auto [weighted, agreeing] = mean(t);
+      const double place = is_first_ || !(agreeing > 0) ? height : weighted;
+      double total = 0;
+      for (std::size_t i = first_[t]; i < first_[t + 1]; ++i)
+        if (seen_[i].counts) total += precision(i);
+      for (std::size_t i = first_[t]; i < first_[t + 1]; ++i) {
+        if (!seen_[i].counts) continue;
+        const double of_mean = total / (total - precision(i)), off = placed(i) - place;
+        const double largest = tukey_constant * unit_sigma();
+        const double square = off * off * of_mean * precision(i) * sigmas_.leniency(seen_[i].sigma);
+        agreement_[i] = tukey_weight(square / (largest * largest));
       }
     }
-    std::vector<std::uint8_t> is_fixed(maps_.size());
-    for (std::uint32_t m = 0; m < maps_.size(); ++m)
+    is_first_ = false;
+  }
+
+  /// Takes the heights for unknown that no landmarks connect with a fixed one, and says whether there are
+  /// any.
+  bool forget_unconnected() {
+    constexpr double min_weight = 1e-3;
+    const std::size_t maps = unknowns_.of.size();
+    disjoint_sets connected(maps);
+    for (std::size_t t = 0; t + 1 < first_.size(); ++t) {
+      const observation* first = nullptr;
+      for (std::size_t i = first_[t]; i < first_[t + 1]; ++i) {
+        if (!(agreement_[i] > min_weight)) continue;
+        if (first) connected.join(seen_[i].map, first->map);
+        first = &seen_[i];
+      }
+    }
+    std::vector<std::uint8_t> is_fixed(maps);
+    for (std::uint32_t m = 0; m < maps; ++m)
       if (unknowns_.of[m] == unknown_poses::fixed && heights_.known[m]) is_fixed[connected.find(m)] = true;
     bool any = false;
-    for (std::uint32_t m = 0; m < maps_.size(); ++m)
+    for (std::uint32_t m = 0; m < maps; ++m)
       if (heights_.known[m] && !is_fixed[connected.find(m)]) heights_.known[m] = false, any = true;
     return any;
   }
 
   void fill() {
     system_.set_zero();
-    for (std::size_t t = 0; t < trees_.size(); ++t) {
+    for (std::size_t t = 0; t + 1 < first_.size(); ++t) {
       const auto [middle, total] = mean(t);
       if (!(total > 0)) continue;
-      for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i) {
-        const std::uint32_t own = unknowns_.of[trees_.stems[i].map];
-        const double weight = heights_.weights[i];
-        if (own == unknown_poses::fixed || !(weight > 0)) continue;
-        add_right(own, -weight * (placed(i) - middle));
-        for (std::size_t k = trees_.first[t]; k < trees_.first[t + 1]; ++k) {
-          const std::uint32_t other = unknowns_.of[trees_.stems[k].map];
-          if (other == unknown_poses::fixed || other > own || !(heights_.weights[k] > 0)) continue;
-          add(own, other, (k == i ? weight : 0) - weight * heights_.weights[k] / total);
+      for (std::size_t i = first_[t]; i < first_[t + 1]; ++i) {
+        const std::uint32_t own = unknowns_.of[seen_[i].map];
+        if (own == unknown_poses::fixed || !(weight(i) > 0)) continue;
+        add_right(own, -weight(i) * (placed(i) - middle));
+        for (std::size_t k = first_[t]; k < first_[t + 1]; ++k) {
+          const std::uint32_t other = unknowns_.of[seen_[k].map];
+          if (other == unknown_poses::fixed || other > own || !(weight(k) > 0)) continue;
+          add(own, other, (k == i ? weight(i) : 0) - weight(i) * weight(k) / total);
         }
       }
     }
@@ -203,20 +299,25 @@ class height_adjustment {
     system_.add(row, column, block_system<1>::block::Constant(summand));
   }
 
-  std::span<const prepared_stems> maps_;
-  const tree_observations& trees_;
+  std::size_t trees_;               // number of those, which are the first landmarks
+  std::vector<std::size_t> first_;  // observation of each landmark; one more than landmarks
+  std::vector<observation> seen_;   // landmark by landmark
   const unknown_poses& unknowns_;
   survey_heights& heights_;
+  narrowing_sigmas sigmas_;
+  std::vector<double> agreement_;  // Tukey weight of each observation
+  bool is_first_ = true;           // iteration
   block_system<1> system_;
 };
 
 /// The heights of maps, and what is known of them. Unknown ones are guesses. `members`: the maps of each
-/// component, the reference first.
+/// component, the reference first; `targets`: each of maps of one component.
 inline survey_heights find_heights(std::span<const prepared_stems> maps, const tree_observations& trees,
                                    const link_graph& used,
                                    const std::vector<std::vector<std::uint32_t>>& members,
-                                   const known_poses& known = {}) {
-  const std::vector<std::uint32_t> datums = height_datums(maps, members, known);
+                                   const known_poses& known = {}, const target_observations& targets = {}) {
+  const std::vector<std::uint8_t> has_heights = maps_with_heights(maps, targets);
+  const std::vector<std::uint32_t> datums = height_datums(maps, has_heights, members, known);
   survey_heights heights;
   heights.of_map.assign(maps.size(), 0);
   heights.sigma.assign(maps.size(), 0);
@@ -225,13 +326,18 @@ inline survey_heights find_heights(std::span<const prepared_stems> maps, const t
     for (const std::uint32_t m : of_component)
       if (known.is_fixed(m))
         heights.of_map[m] = known.transform_beside(of_component.front(), m).translation.z;
-  heights_along_links(maps, used, datums, heights);
+  std::vector<std::uint32_t> open;
+  for (const std::uint32_t m : datums)
+    if (has_heights[m]) heights.known[m] = true, open.push_back(m);
+  do {
+    heights_along_links(maps, used, open, heights);
+  } while (next_height_by_targets(targets, open, heights));
   std::vector<std::uint8_t> is_datum(maps.size());
   for (const std::uint32_t m : datums) is_datum[m] = true;
   while (true) {  // with ever fewer heights that are known
     const unknown_poses unknowns(maps.size(),
                                  [&](std::size_t m) { return is_datum[m] || !heights.known[m]; });
-    if (height_adjustment(maps, trees, unknowns, heights).adjust()) return heights;
+    if (height_adjustment(maps, trees, targets, unknowns, heights).adjust()) return heights;
   }
 }
 

@@ -16,10 +16,13 @@
 #include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/disjoint_sets.hpp"
 #include "globalmatch/detail/core/eigen_border.hpp"
+#include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/survey/adjust_links.hpp"
+#include "globalmatch/detail/survey/follow_scans.hpp"
 #include "globalmatch/detail/survey/pairs_in_common.hpp"
+#include "globalmatch/detail/survey/place_targets.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/pose_uncertainty.hpp"
 #include "globalmatch/detail/survey/refined_adjustment.hpp"
@@ -28,17 +31,6 @@
 #include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
-
-/// Variances [m^2] of a place along one horizontal axis and along the vertical.
-struct place_variance {
-  double horizontal, height;
-
-  place_variance(const transform_uncertainty& u, const Eigen::Vector3d& place) {
-    const Eigen::Matrix3d there = u.at(place);
-    height = u.up.dot(there * u.up);
-    horizontal = (there.trace() - height) / 2;
-  }
-};
 
 /// The placed scans of a survey along its levelled axes, as they are before the adjustment, and how it
 /// changes them.
@@ -188,8 +180,8 @@ inline double stem_sigma_of(const survey& s, const levelled_survey& levelled) {
   return std::sqrt(s.stem_sigma * s.stem_sigma + squares / std::max(1.0, count));
 }
 
-/// The trees that more than one scan sees, as observations of maps.
-inline seen_trees levelled_trees(const survey& s, const levelled_survey& levelled) {
+/// The trees that more than one scan sees, and the targets, as observations of maps.
+inline seen_trees levelled_landmarks(const survey& s, const levelled_survey& levelled, double stem_sigma) {
   seen_trees trees;
   for (const survey::tree& t : s.trees) {
     if (t.seen.size() < 2) continue;
@@ -199,7 +191,53 @@ inline seen_trees levelled_trees(const survey& s, const levelled_survey& levelle
     trees.places.push_back(
         from_eigen(Eigen::Vector3d(levelled.level_from_survey[t.seen[0].scan] * t.position)).xy());
   }
+  trees.weights.assign(trees.observations.stems.size(), 1);
+  for (const survey::target& t : s.targets) {
+    if (t.seen.size() < 2) continue;
+    for (const survey::target_observation& o : t.seen) {
+      trees.observations.stems.push_back({std::uint32_t(o.scan), 0});
+      trees.weights.push_back(o.weight * stem_sigma * stem_sigma / (o.sigma * o.sigma));
+    }
+    trees.observations.first.push_back(trees.observations.stems.size());
+    trees.places.push_back(
+        from_eigen(Eigen::Vector3d(levelled.level_from_survey[t.seen[0].scan] * t.position)).xy());
+  }
   return trees;
+}
+
+/// Joins scans that targets hold together in plan: two that count for both.
+inline void join_by_targets(const survey& s, disjoint_sets& connected) {
+  constexpr double min_weight = 0.01;
+  std::vector<std::uint64_t> keys;
+  for (const survey::target& t : s.targets)
+    for (const survey::target_observation& a : t.seen)
+      for (const survey::target_observation& b : t.seen)
+        if (a.scan < b.scan && std::min(a.weight, b.weight) > min_weight)
+          keys.push_back(key_of(std::uint32_t(a.scan), std::uint32_t(b.scan)));
+  std::sort(keys.begin(), keys.end());
+  for (std::size_t i = 1; i < keys.size(); ++i)
+    if (keys[i] == keys[i - 1]) connected.join(first_of(keys[i]), second_of(keys[i]));
+}
+
+/// What targets say of heights: each two scans that show one, of the weight that they have where its height
+/// is eliminated.
+inline std::vector<measured_difference> heights_by_targets(const survey& s, const levelled_survey& levelled) {
+  constexpr double min_weight = 0.01;
+  std::vector<measured_difference> differences;
+  for (const survey::target& t : s.targets) {
+    double total = 0;
+    for (const survey::target_observation& o : t.seen) total += o.height_weight / (o.sigma * o.sigma);
+    const auto height_of = [&](const survey::target_observation& o) {
+      return (levelled.level_from_survey[o.scan] * (s.scans[o.scan].survey_from_scan * o.position)).z();
+    };
+    for (const survey::target_observation& a : t.seen)
+      for (const survey::target_observation& b : t.seen)
+        if (a.scan < b.scan && std::min(a.height_weight, b.height_weight) > min_weight)
+          differences.push_back(
+              {std::uint32_t(a.scan), std::uint32_t(b.scan), height_of(b) - height_of(a),
+               total * a.sigma * a.sigma * b.sigma * b.sigma / (a.height_weight * b.height_weight)});
+  }
+  return differences;
 }
 
 /// New uncertainties, levelled: those of the start where nothing was adjusted.
@@ -219,10 +257,12 @@ inline void adjust_shifts_and_turns(const survey& s, std::span<const refined_pai
   if (pairs.empty()) return;
   for (const scans_in_common& c : all_in_common(s))
     if (c.trees >= min_trees) connected.join(c.first, c.second);
+  join_by_targets(s, connected);
   const adjusted_maps adjusted(levelled.plan_held, connected);
   const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
-  const seen_trees trees = levelled_trees(s, levelled);
-  refined_plan_adjustment adjustment(levelled.start, trees, stem_sigma_of(s, levelled), pairs, unknowns);
+  const double stem_sigma = stem_sigma_of(s, levelled);
+  const seen_trees trees = levelled_landmarks(s, levelled, stem_sigma);
+  refined_plan_adjustment adjustment(levelled.start, trees, stem_sigma, pairs, unknowns);
   std::vector<plan_pose> poses = levelled.start;
   if (!adjustment.adjust(poses)) return;
   levelled.poses = std::move(poses);
@@ -245,6 +285,10 @@ inline void adjust_in_height(survey& s, std::span<const refined_pair> refined,
       differences.push_back(levelled_pairs[i].height);
       connected.join(differences.back().source, differences.back().target);
     }
+  for (const measured_difference& d : heights_by_targets(s, levelled)) {
+    differences.push_back(d);
+    connected.join(d.source, d.target);
+  }
   const adjusted_maps adjusted(levelled.height_held, connected);
   std::erase_if(differences,
                 [&](const measured_difference& d) { return !adjusted(d.source) && !adjusted(d.target); });
@@ -260,63 +304,6 @@ inline void adjust_in_height(survey& s, std::span<const refined_pair> refined,
     uncertainties[m].covariance.col(2).setZero();
     uncertainties[m].covariance(2, 2) = variances[unknowns.of[m]];
   }
-}
-
-/// Trees follow the scans that saw them. `before`: the survey as it was.
-inline void follow_scans(std::vector<survey::tree>& trees, const survey& before, const survey& s,
-                         std::span<const Eigen::Isometry3d> changes) {
-  for (survey::tree& t : trees) {
-    Eigen::Vector3d shift = Eigen::Vector3d::Zero();
-    double raise = 0, known = 0, horizontal = 0, height = 0;
-    Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-    for (const survey::observation& o : t.seen) {
-      const transform_uncertainty &u_before = *before.scans[o.scan].uncertainty,
-                                  &u = *s.scans[o.scan].uncertainty;
-      up = u.up;
-      const Eigen::Vector3d moved = changes[o.scan] * t.position - t.position;
-      const place_variance old_variance(u_before, t.position), new_variance(u, t.position);
-      shift += (moved - moved.dot(up) * up) / double(t.seen.size());
-      horizontal += (new_variance.horizontal - old_variance.horizontal) / double(t.seen.size());
-      if (!before.scans[o.scan].is_height_known || !s.scans[o.scan].is_height_known) continue;
-      raise += moved.dot(up);
-      height += new_variance.height - old_variance.height;
-      ++known;
-    }
-    if (known > 0) shift += raise / known * up;
-    t.position += shift;
-    t.sigma = std::sqrt(std::max(0.0, t.sigma * t.sigma + horizontal));
-    if (known > 0)
-      t.height_sigma = std::sqrt(std::max(0.0, t.height_sigma * t.height_sigma + height / known));
-  }
-}
-
-/// Residuals of links from the poses, at the trees that both scans see; where they see none it stays.
-inline void update_residuals(survey& s) {
-  std::vector<std::pair<std::uint64_t, std::size_t>> link_of;
-  const auto key = [](std::size_t a, std::size_t b) {
-    return key_of(std::uint32_t(std::min(a, b)), std::uint32_t(std::max(a, b)));
-  };
-  for (std::size_t l = 0; l < s.links.size(); ++l)
-    link_of.emplace_back(key(s.links[l].source, s.links[l].target), l);
-  std::sort(link_of.begin(), link_of.end());
-  std::vector<double> squares(s.links.size(), 0), count(s.links.size(), 0);
-  for (const survey::tree& t : s.trees)
-    for (std::size_t i = 0; i < t.seen.size(); ++i)
-      for (std::size_t k = 0; k < i; ++k) {
-        const auto found = std::lower_bound(link_of.begin(), link_of.end(),
-                                            std::pair(key(t.seen[i].scan, t.seen[k].scan), std::size_t(0)));
-        if (found == link_of.end() || found->first != key(t.seen[i].scan, t.seen[k].scan)) continue;
-        const survey::link& l = s.links[found->second];
-        const Eigen::Vector3d up = s.scans[l.target].uncertainty->up,
-                              off = s.scans[l.target].survey_from_scan *
-                                        (l.target_from_source *
-                                         (s.scans[l.source].survey_from_scan.inverse() * t.position)) -
-                                    t.position;
-        squares[found->second] += (off - off.dot(up) * up).squaredNorm();
-        ++count[found->second];
-      }
-  for (std::size_t l = 0; l < s.links.size(); ++l)
-    if (count[l] > 0) s.links[l].residual = std::sqrt(squares[l] / count[l]);
 }
 
 GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const refined_pair> refined,
@@ -344,6 +331,7 @@ GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const re
     scan.uncertainty = in_frame(uncertainties[m], levelled.level_from_survey[m].inverse());
   }
   follow_scans(result.trees, before, result, changes);
+  place_targets(result);
   update_residuals(result);
 }
 

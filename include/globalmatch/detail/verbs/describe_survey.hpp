@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -20,10 +21,12 @@
 #include "globalmatch/detail/survey/guess_places.hpp"
 #include "globalmatch/detail/survey/link_graph.hpp"
 #include "globalmatch/detail/survey/place_maps.hpp"
+#include "globalmatch/detail/survey/place_targets.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/split_check.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_targets.hpp"
 #include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
@@ -106,15 +109,10 @@ inline std::optional<std::uint32_t> main_component(const local_survey& s) {
 inline Eigen::Isometry3d guess_by(const link_graph::edge& e, const link_graph& graph, const local_survey& s,
                                   std::uint32_t map) {
   const survey_link& l = graph.link(e);
-  std::vector<double> above;  // stems of the map, those of the neighbor
-  for (const correspondence& c : l.correspondences) {
-    const double of_source = s.maps[l.source].stems.at[c.source].z,
-                 of_target = s.maps[l.target].stems.at[c.target].z;
-    above.push_back(l.source == map ? of_source - of_target : of_target - of_source);
-  }
+  const double raise = raise_of(s.maps, l), above = l.source == map ? -raise : raise;  // the neighbor
   const plan_pose pose = s.adjusted.poses[e.neighbor] * graph.neighbor_from(map, e);
   return to_eigen(s.reference_of(e.neighbor).stems.frame.local_from_scan().inverse() *
-                  in_space(pose, s.heights.of_map[e.neighbor] - median(above)) *
+                  in_space(pose, s.heights.of_map[e.neighbor] - above) *
                   s.maps[map].stems.frame.local_from_scan());
 }
 
@@ -131,7 +129,12 @@ inline void describe_unlinked(survey::scan& scan, const local_survey& s, std::ui
   else
     scan.status =
         stems < minimum || !all.of(map).empty() ? survey::status::unplaced : survey::status::placed_alone;
-  scan.reason = reason_of(scan.status, stems);
+  const auto by_targets = [&](const link_graph::edge& e) { return all.link(e).is_of_targets(); };
+  scan.reason =
+      is_ambiguous && std::any_of(all.of(map).begin(), all.of(map).end(), by_targets)
+          ? "its targets place it elsewhere than its stems or other targets do; they must be in the "
+            "frame of the scan, each name for one point"
+          : reason_of(scan.status, stems);
   const auto guesses = guess_places(map, all, s.adjusted.poses, [&](const link_graph::edge& e) {
     return main && s.placed.parts.of[e.neighbor] == *main && (!is_ambiguous || s.placed.tried[e.link]);
   });
@@ -180,8 +183,11 @@ inline void describe_scans(survey& result, const local_survey& s) {
   result.components = std::size_t(std::count_if(number.begin(), number.end(), [](int n) { return n >= 0; }));
 }
 
-/// Root mean square [m] in plan of how far the adjusted poses place paired stems from where the link does.
+/// Root mean square [m] in plan of how far the adjusted poses place paired stems from where the link does; of
+/// a link by targets how far their centroid.
 inline double residual_of(const survey_link& l, const local_survey& s) {
+  if (l.is_of_targets())
+    return link_residual(l, s.adjusted.poses[l.source], s.adjusted.poses[l.target]).shift.norm();
   const plan_pose target_from_source = s.adjusted.poses[l.target].inverse() * s.adjusted.poses[l.source];
   double squares = 0;
   for (const correspondence& c : l.correspondences) {
@@ -210,8 +216,9 @@ inline void describe_links(survey& result, const local_survey& s) {
     link.target_from_source = to_eigen(s.maps[l.target].stems.frame.local_from_scan().inverse() *
                                        in_space(l.target_from_source, raise_of(s.maps, l)) *
                                        s.maps[l.source].stems.frame.local_from_scan());
-    link.log10_nfa = l.log10_nfa;
+    link.log10_nfa = l.is_of_targets() ? std::numeric_limits<double>::quiet_NaN() : l.log10_nfa;
     link.correspondences = l.correspondences.size();
+    link.targets = l.targets.size();
     link.inlier_threshold = l.inlier_threshold;
     link.rms = l.rms;
     link.sigma_plan = std::sqrt((l.covariance(0, 0) + l.covariance(1, 1)) / 2);
@@ -223,7 +230,7 @@ inline void describe_links(survey& result, const local_survey& s) {
     result.links.push_back(link);
   }
   std::sort(result.links.begin(), result.links.end(), [](const auto& a, const auto& b) {
-    return a.source != b.source ? a.source < b.source : a.target < b.target;
+    return std::tuple(a.source, a.target, a.targets) < std::tuple(b.source, b.target, b.targets);
   });
 }
 
@@ -284,6 +291,27 @@ inline void describe_trees(survey& result, const local_survey& s) {
     tree.seen = std::move(sums.seen);
     result.trees.push_back(std::move(tree));
   }
+}
+
+/// The targets of scans that have a component, with what they count in the adjustments.
+inline void describe_targets(survey& result, const local_survey& s,
+                             std::span<const survey_options::target> given) {
+  const target_observations& targets = s.adjusted.targets;
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    survey::target target;
+    for (std::size_t i = targets.first[t]; i < targets.first[t + 1]; ++i) {
+      const target_of_map& o = targets.seen[i];
+      target.name = given[o.given].name;
+      target.component = result.scans[o.map].component;
+      target.seen.push_back({o.map, given[o.given].position, given[o.given].sigma,
+                             s.adjusted.target_weights[i], s.heights.target_weights[i]});
+    }
+    if (target.component >= 0) result.targets.push_back(std::move(target));
+  }
+  std::stable_sort(result.targets.begin(), result.targets.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.name, a.component) < std::tie(b.name, b.component);
+  });
+  place_targets(result);
 }
 
 }  // namespace globalmatch::detail

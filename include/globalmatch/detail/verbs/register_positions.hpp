@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <limits>
 #include <optional>
 #include <span>
@@ -29,6 +30,8 @@
 #include "globalmatch/detail/survey/survey_frames.hpp"
 #include "globalmatch/detail/survey/survey_heights.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "globalmatch/detail/survey/survey_targets.hpp"
+#include "globalmatch/detail/survey/target_links.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/positions.hpp"
@@ -61,10 +64,10 @@ inline known_poses known_poses_of(const survey_options& options, std::span<const
   return known;
 }
 
-/// Places the maps by the links that are used, and adjusts them with trees as landmarks; again without the
-/// links that these do not confirm.
+/// Places the maps by the links that are used, and adjusts them with trees and targets as landmarks; again
+/// without the links that these do not confirm.
 inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
-                                     const known_poses& known) {
+                                     const known_poses& known, const target_observations& targets) {
   constexpr int restoring = 4, max_repetitions = 24;
   local_survey s;
   s.maps = maps;
@@ -75,7 +78,7 @@ inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::
   for (int repetition = 0;; ++repetition) {
     s.placed = place_maps(s.links, maps.size(), known);
     s.members = members_of(s.placed, link_graph(maps.size(), s.links, is_used));
-    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members, known);
+    s.adjusted = adjust_to_trees(maps, s.placed, s.links, s.members, known, targets);
     if (repetition == 0) tried = s.placed.tried;
     for (std::size_t m = 0; m < maps.size(); ++m) ambiguous[m] |= s.placed.ambiguous[m];
     const std::vector<std::size_t> unconfirmed = unconfirmed_links(s.links, maps, s.adjusted);
@@ -88,24 +91,34 @@ inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::
   s.placed.ambiguous = std::move(ambiguous);
   s.placed.tried = std::move(tried);
   const link_graph used(maps.size(), s.links, is_used);
-  s.heights = find_heights(maps, s.adjusted.trees, used, s.members, known);
+  s.heights = find_heights(maps, s.adjusted.trees, used, s.members, known, s.adjusted.targets);
   return s;
 }
 
 /// The same, and again with maps that their links alone do not place, but the trees of all others do.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
-                                const known_poses& known, double max_log10_nfa) {
-  local_survey s = solve_used_links(maps, std::move(links), known);
+                                const known_poses& known, const target_observations& targets,
+                                double max_log10_nfa) {
+  local_survey s = solve_used_links(maps, std::move(links), known, targets);
   const auto main = main_component(s);
   if (!main) return s;
   const std::vector<std::size_t> decided =
       decide_places(maps, s.links, s.placed, s.adjusted, *main, max_log10_nfa);
   if (decided.empty()) return s;
   for (const std::size_t l : decided) s.links[l].used = true;
-  local_survey again = solve_used_links(maps, std::move(s.links), known);
+  local_survey again = solve_used_links(maps, std::move(s.links), known, targets);
   for (std::size_t m = 0; m < maps.size(); ++m) again.placed.ambiguous[m] |= s.placed.ambiguous[m];
   again.placed.tried = std::move(s.placed.tried);
   return again;
+}
+
+/// Adds links by targets, beside those by stems, which may have more support then.
+inline void add_target_links(const target_observations& targets, std::vector<survey_link>& links,
+                             std::size_t maps, double max_log10_nfa) {
+  std::vector<survey_link> by_targets = links_by_targets(targets);
+  if (by_targets.empty()) return;
+  std::move(by_targets.begin(), by_targets.end(), std::back_inserter(links));
+  use_supported_links(links, maps, max_log10_nfa);
 }
 
 /// Turns maps upright whose verticals lean against the known ones or else against those of most, and forgets
@@ -128,17 +141,18 @@ inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
 /// The survey solved again with the known poses held that agree with it, if no map loses its place by that.
 /// `distances` [m] of those that do not agree from where the survey has them.
 inline local_survey hold_known_poses(local_survey&& solved, const std::vector<survey_link>& links,
-                                     known_poses& known, double max_log10_nfa,
-                                     std::vector<double>& distances) {
+                                     known_poses& known, const target_observations& targets,
+                                     double max_log10_nfa, std::vector<double>& distances) {
   const known_pose_comparison compare(solved.maps, solved.adjusted, solved.heights, known);
   if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
   const auto count_alone = [](const local_survey& s) {
     return std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; });
   };
-  local_survey held = solve_links(solved.maps, std::vector<survey_link>(links), known, max_log10_nfa);
+  local_survey held =
+      solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
   if (count_alone(held) <= count_alone(solved)) return held;
   known.release_all();
-  return solve_links(solved.maps, std::vector<survey_link>(links), known, max_log10_nfa);
+  return solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
 }
 
 inline void describe(survey& result, const local_survey& s) {
@@ -203,15 +217,18 @@ GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
     std::vector<survey_link> links =
         find_links(maps, max_log10_nfa, std::move(asked), result.candidates, exec);
     report_progress(exec, "adjustment", 0);
+    const target_observations targets = find_targets(options.targets, maps);
+    add_target_links(targets, links, maps.size(), max_log10_nfa);
     known_poses known = known_poses_of(options, maps);
-    solved = solve_links(maps, std::vector<survey_link>(links), known, max_log10_nfa);
+    solved = solve_links(maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
     if (levelling < max_levellings && level_maps(maps, solved, options.levels, exec)) {
       asked.clear();
       continue;
     }
     std::vector<double> distances(maps.size(), std::numeric_limits<double>::quiet_NaN());
-    solved = hold_known_poses(std::move(solved), links, known, max_log10_nfa, distances);
+    solved = hold_known_poses(std::move(solved), links, known, targets, max_log10_nfa, distances);
     describe(result, solved);
+    describe_targets(result, solved, options.targets);
     for (std::size_t m = 0; m < maps.size(); ++m) result.scans[m].fixed_distance = distances[m];
     break;
   }
