@@ -22,6 +22,7 @@
 #include <iostream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -111,7 +112,10 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
   for (const surveyed_map& m : maps) sets.push_back(positions_of(m.stems, "map", exec));
   run.maps = prepare_maps(std::move(sets), exec);
   const double max_log10_nfa = max_log10_nfa_of_survey({}, maps.size());
-  std::vector<survey_link> links = find_links(run.maps, max_log10_nfa, {}, run.found.candidates, exec);
+  std::optional<overlap_index> index(std::in_place, run.maps, overlap_cell, exec);
+  std::vector<survey_link> links =
+      find_links(run.maps, *index, max_log10_nfa, {}, run.found.candidates, exec);
+  index.reset();
   report_progress(exec, "adjustment", 0);
   random_source random(seed, 1);
   if (given.wrong_links > 0) replace_links(links, run.maps, given.wrong_links, random);

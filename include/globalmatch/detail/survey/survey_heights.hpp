@@ -49,12 +49,10 @@ inline std::vector<std::uint32_t> height_datums(std::span<const prepared_stems> 
   return datums;
 }
 
-/// Heights along the links that are used, by the median of the paired stems, from each datum on.
+/// Heights along the links that are used, by the median of the paired stems, from the maps of `open` on,
+/// whose heights are known.
 inline void heights_along_links(std::span<const prepared_stems> maps, const link_graph& graph,
-                                std::span<const std::uint32_t> datums, survey_heights& heights) {
-  std::vector<std::uint32_t> open;
-  for (const std::uint32_t m : datums)
-    if (maps[m].stems.has_heights) heights.known[m] = true, open.push_back(m);
+                                std::vector<std::uint32_t> open, survey_heights& heights) {
   for (std::size_t next = 0; next < open.size(); ++next) {
     const std::uint32_t m = open[next];
     for (const auto& e : graph.of(m)) {
@@ -89,8 +87,7 @@ class height_adjustment {
   }
 
   /// False where the trees do not determine all heights; those that they do not are not known any more.
-  bool adjust() {
-    constexpr int max_iterations = 10;
+  bool adjust(int max_iterations) {
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
@@ -132,10 +129,10 @@ class height_adjustment {
 
   void reweight() {
     constexpr double min_sigma = 1e-3;  // [m]
-    std::vector<double> off(trees_.stems.size(), 0), sample;
+    std::vector<double> off(trees_.stems.size(), 0), sample, of_tree;
     double redundancy = 0;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
-      std::vector<double> of_tree;
+      of_tree.clear();
       for (std::size_t i = trees_.first[t]; i < trees_.first[t + 1]; ++i)
         if (heights_.known[trees_.stems[i].map]) of_tree.push_back(placed(i));
       if (of_tree.size() < 2) continue;
@@ -210,12 +207,29 @@ class height_adjustment {
   block_system<1> system_;
 };
 
+/// Raises the last map to the trees that others show, whose heights are held.
+inline void fit_last_height(std::span<const prepared_stems> maps, const tree_observations& trees,
+                            const survey_heights& heights, double& of_last, int max_iterations) {
+  const std::size_t last = maps.size() - 1;
+  tree_observations own;
+  for (std::size_t t = 0; t < trees.size(); ++t) {
+    if (trees.of(t).back().map != last) continue;  // it was added last
+    own.stems.insert(own.stems.end(), trees.of(t).begin(), trees.of(t).end());
+    own.first.push_back(own.stems.size());
+  }
+  survey_heights fitted = heights;
+  const unknown_poses unknowns(maps.size(), [&](std::size_t m) { return m != last || !heights.known[m]; });
+  if (height_adjustment(maps, own, unknowns, fitted).adjust(max_iterations)) of_last = fitted.of_map[last];
+}
+
 /// The heights of maps, and what is known of them. Unknown ones are guesses. `members`: the maps of each
-/// component, the reference first.
+/// component, the reference first. `before`: heights of all maps but the last one, which
+/// are soon adjusted to it.
 inline survey_heights find_heights(std::span<const prepared_stems> maps, const tree_observations& trees,
                                    const link_graph& used,
                                    const std::vector<std::vector<std::uint32_t>>& members,
-                                   const known_poses& known = {}) {
+                                   const known_poses& known = {}, const survey_heights* before = nullptr) {
+  constexpr int max_iterations = 10, max_further_iterations = 1;
   const std::vector<std::uint32_t> datums = height_datums(maps, members, known);
   survey_heights heights;
   heights.of_map.assign(maps.size(), 0);
@@ -225,13 +239,27 @@ inline survey_heights find_heights(std::span<const prepared_stems> maps, const t
     for (const std::uint32_t m : of_component)
       if (known.is_fixed(m))
         heights.of_map[m] = known.transform_beside(of_component.front(), m).translation.z;
-  heights_along_links(maps, used, datums, heights);
   std::vector<std::uint8_t> is_datum(maps.size());
-  for (const std::uint32_t m : datums) is_datum[m] = true;
+  std::vector<std::uint32_t> open;
+  for (const std::uint32_t m : datums) {
+    is_datum[m] = true;
+    if (maps[m].stems.has_heights) heights.known[m] = true, open.push_back(m);
+  }
+  for (std::uint32_t m = 0; before && m < before->of_map.size(); ++m) {
+    if (heights.known[m] || !before->known[m]) continue;
+    heights.of_map[m] = before->of_map[m];
+    heights.known[m] = true;
+    open.push_back(m);
+  }
+  heights_along_links(maps, used, std::move(open), heights);
+  if (before && !is_datum[maps.size() - 1])
+    fit_last_height(maps, trees, heights, heights.of_map.back(), max_iterations);
   while (true) {  // with ever fewer heights that are known
     const unknown_poses unknowns(maps.size(),
                                  [&](std::size_t m) { return is_datum[m] || !heights.known[m]; });
-    if (height_adjustment(maps, trees, unknowns, heights).adjust()) return heights;
+    if (height_adjustment(maps, trees, unknowns, heights)
+            .adjust(before ? max_further_iterations : max_iterations))
+      return heights;
   }
 }
 

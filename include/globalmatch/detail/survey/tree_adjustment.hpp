@@ -68,14 +68,20 @@ class tree_adjustment {
       }
   }
 
+  /// Starts from where an adjustment ended: from the agreement of its observations.
+  void start_from(std::vector<double> agreement) {
+    agreement_ = std::move(agreement);
+    has_agreement_ = true;
+  }
+
   /// Moves the poses until convergence; observations that do not fit their tree lose their weight. False
   /// where trees and links do not determine all of them.
-  bool adjust(std::span<plan_pose> poses) {
-    constexpr int max_iterations = 20;
+  bool adjust(std::span<plan_pose> poses, int max_iterations = 20) {
     constexpr double converged = 1e-5;  // [m]
     for (int iteration = 0; iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight(poses, iteration == 0);
+      placed_ = placed_stems(maps_, trees_, poses);
+      reweight(iteration == 0 && !has_agreement_);
       fill(poses);
       if (unknowns_.count == 0) return true;
       if (!system_.factorize()) return false;
@@ -86,6 +92,8 @@ class tree_adjustment {
 
   /// Standard deviation [m] of an observation of weight 1 along each axis.
   double sigma() const { return sigma_; }
+  /// Tukey weight of each observation, in the order of the trees.
+  const std::vector<double>& agreement() const { return agreement_; }
   /// Of the observations of all trees, in their order: 0 for those that belong to none, about 1 for those of
   /// a typical map, more where stems are known better.
   std::vector<double> weights() const {
@@ -107,15 +115,16 @@ class tree_adjustment {
     return result;
   }
 
+ private:
   /// Weighted mean [m] of where the stems of a tree are.
-  vec2 place_of(std::size_t tree, std::span<const plan_pose> poses) const {
+  vec2 place_of(std::size_t tree) const {
     vec2 sum = vec2{};
     double total = 0;
     for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
-      sum += weight(i) * placed(i, poses);
+      sum += weight(i) * placed_[i];
       total += weight(i);
     }
-    return total > 0 ? sum / total : placed(trees_.first[tree], poses);
+    return total > 0 ? sum / total : placed_[trees_.first[tree]];
   }
   /// Of the weights of a tree's observations.
   double total_weight(std::size_t tree) const {
@@ -124,11 +133,6 @@ class tree_adjustment {
     return total;
   }
 
- private:
-  vec2 placed(std::size_t i, std::span<const plan_pose> poses) const {
-    const stem_of_map& o = trees_.stems[i];
-    return poses[o.map] * maps_[o.map].stems.at[o.stem].xy();
-  }
   double precision(std::size_t i) const { return precisions_[trees_.stems[i].map]; }
   double weight(std::size_t i) const { return agreement_[i] * precision(i); }
 
@@ -146,11 +150,11 @@ class tree_adjustment {
 
   /// Medians of where the stems of a tree are, along both axes, each stem counted by its precision; of two
   /// stems the mean.
-  vec2 median_place_of(std::size_t tree, std::span<const plan_pose> poses) const {
-    if (trees_.of(tree).size() == 2) return place_of(tree, poses);
+  vec2 median_place_of(std::size_t tree) const {
+    if (trees_.of(tree).size() == 2) return place_of(tree);
     std::vector<std::pair<double, double>> x, y;  // with precision
     for (std::size_t i = trees_.first[tree]; i < trees_.first[tree + 1]; ++i) {
-      const vec2 at = placed(i, poses);
+      const vec2 at = placed_[i];
       x.emplace_back(at.x, precision(i));
       y.emplace_back(at.y, precision(i));
     }
@@ -159,17 +163,17 @@ class tree_adjustment {
 
   /// Agreement of observations follows the residuals, at first those from the median: one stem that is off
   /// would have the mean of three refuse all.
-  void reweight(std::span<const plan_pose> poses, bool first) {
+  void reweight(bool first) {
     const double largest = sigma_ * tukey_constant;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];
       if (end - begin < 2) continue;
-      const vec2 place = first ? median_place_of(t, poses) : place_of(t, poses);
+      const vec2 place = first ? median_place_of(t) : place_of(t);
       double total = 0;
       for (std::size_t i = begin; i < end; ++i) total += precision(i);
       for (std::size_t i = begin; i < end; ++i) {
         const double of_mean = total / (total - precision(i));  // which is nearer to its stems than the tree
-        const double square = (placed(i, poses) - place).squared_norm() * of_mean * precision(i);
+        const double square = (placed_[i] - place).squared_norm() * of_mean * precision(i);
         agreement_[i] = tukey_weight(square / (largest * largest));
       }
     }
@@ -196,12 +200,13 @@ class tree_adjustment {
     std::vector<jacobian> of_pose;
     for (std::size_t t = 0; t < trees_.size(); ++t) {
       const std::size_t begin = trees_.first[t], end = trees_.first[t + 1];
+      if (end - begin < 2) continue;
       const double total = total_weight(t);
-      if (end - begin < 2 || !(total > 0)) continue;
-      const vec2 place = place_of(t, poses);
+      if (!(total > 0)) continue;
+      const vec2 place = place_of(t);
       of_pose.clear();
       for (std::size_t i = begin; i < end; ++i) {
-        const vec2 at = placed(i, poses), lever = quarter_turned(at - poses[trees_.stems[i].map].shift);
+        const vec2 at = placed_[i], lever = quarter_turned(at - poses[trees_.stems[i].map].shift);
         jacobian j;
         j << 1, 0, lever.x, 0, 1, lever.y;
         of_pose.push_back(j);
@@ -210,7 +215,7 @@ class tree_adjustment {
         const std::uint32_t own = unknowns_.of[trees_.stems[i].map];
         if (own == unknown_poses::fixed || !(weight(i) > 0)) continue;
         const jacobian& j = of_pose[i - begin];
-        const vec2 off = placed(i, poses) - place;
+        const vec2 off = placed_[i] - place;
         system_.add_right(own, -weight(i) * (j.transpose() * Eigen::Vector2d(off.x, off.y)));
         for (std::size_t k = begin; k < end; ++k) {
           const std::uint32_t other = unknowns_.of[trees_.stems[k].map];
@@ -232,6 +237,8 @@ class tree_adjustment {
   double sigma_ = 0;                         // deviation of a typical map
   std::vector<double> precisions_;           // of each map, 1 for a typical one
   std::vector<double> agreement_;            // Tukey weight of each observation
+  bool has_agreement_ = false;               // from another adjustment
+  std::vector<vec2> placed_;                 // [m] each observation
   std::vector<std::size_t> first_stem_;      // of each map, among the stems of all
   std::vector<std::size_t> observation_of_;  // each stem of all; `none` where it is of no tree
   std::vector<std::size_t> tree_of_;         // each observation
