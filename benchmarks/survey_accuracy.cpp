@@ -3,6 +3,7 @@
 #include <globalmatch/detail/verbs/register_positions.hpp>
 #include <globalmatch/survey.hpp>
 
+#include "added_maps.hpp"
 #include "growth.hpp"
 #include "link_faults.hpp"
 #include "normalised_errors.hpp"
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <ctime>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -41,12 +41,9 @@ struct parameters {
   scene_options scene;
   double wrong_links = 0, coherent = 0;
   int repetitions = 1, threads = 0;
+  std::size_t added = 0;
   std::filesystem::path csv = "survey_accuracy.csv", maps_folder;
 };
-
-double cpu_seconds() {
-  return double(std::clock()) / CLOCKS_PER_SEC;
-}
 
 /// CPU seconds of each stage, as the progress callback names them.
 class stage_times {
@@ -267,6 +264,7 @@ summary measure(const std::string& layout, std::size_t count, const parameters& 
     const survey_score scored = score(run.found, run.local, maps, given.scene.survey.noise);
     write_run(csv, layout, seed, all, run, scored);
     add_run(all, run, scored, maps);
+    if (given.added > 0) std::cout << added_maps(maps, given.added, given.threads) << '\n';
   }
   return all;
 }
@@ -298,6 +296,7 @@ void add_options(CLI::App& app, parameters& given) {
   value("--coherent", given.coherent, "share of maps half of whose links agree on a wrong place");
   value("--repetitions", given.repetitions, "of each survey; the least CPU time is reported");
   value("--threads", given.threads, "number of threads; 0: all");
+  value("--add", given.added, "maps that are left out and added one by one, beside a new survey of all");
   value("--write-maps", given.maps_folder, "folder for the maps of each survey (CSV)");
   value("--csv", given.csv, "file with a line for each survey");
 }
