@@ -3,6 +3,7 @@
 #include <globalmatch/detail/verbs/register_positions.hpp>
 #include <globalmatch/survey.hpp>
 
+#include "added_maps.hpp"
 #include "growth.hpp"
 #include "link_faults.hpp"
 #include "normalised_errors.hpp"
@@ -16,12 +17,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <ctime>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
 #include <limits>
 #include <map>
+#include <optional>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -40,12 +41,9 @@ struct parameters {
   scene_options scene;
   double wrong_links = 0, coherent = 0;
   int repetitions = 1, threads = 0;
+  std::size_t added = 0;
   std::filesystem::path csv = "survey_accuracy.csv", maps_folder;
 };
-
-double cpu_seconds() {
-  return double(std::clock()) / CLOCKS_PER_SEC;
-}
 
 /// CPU seconds of each stage, as the progress callback names them.
 class stage_times {
@@ -111,7 +109,10 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
   for (const surveyed_map& m : maps) sets.push_back(positions_of(m.stems, "map", exec));
   run.maps = prepare_maps(std::move(sets), exec);
   const double max_log10_nfa = max_log10_nfa_of_survey({}, maps.size());
-  std::vector<survey_link> links = find_links(run.maps, max_log10_nfa, {}, run.found.candidates, exec);
+  std::optional<overlap_index> index(std::in_place, run.maps, overlap_cell, exec);
+  std::vector<survey_link> links =
+      find_links(run.maps, *index, max_log10_nfa, {}, run.found.candidates, exec);
+  index.reset();
   report_progress(exec, "adjustment", 0);
   random_source random(seed, 1);
   if (given.wrong_links > 0) replace_links(links, run.maps, given.wrong_links, random);
@@ -263,6 +264,7 @@ summary measure(const std::string& layout, std::size_t count, const parameters& 
     const survey_score scored = score(run.found, run.local, maps, given.scene.survey.noise);
     write_run(csv, layout, seed, all, run, scored);
     add_run(all, run, scored, maps);
+    if (given.added > 0) std::cout << added_maps(maps, given.added, given.threads) << '\n';
   }
   return all;
 }
@@ -294,6 +296,7 @@ void add_options(CLI::App& app, parameters& given) {
   value("--coherent", given.coherent, "share of maps half of whose links agree on a wrong place");
   value("--repetitions", given.repetitions, "of each survey; the least CPU time is reported");
   value("--threads", given.threads, "number of threads; 0: all");
+  value("--add", given.added, "maps that are left out and added one by one, beside a new survey of all");
   value("--write-maps", given.maps_folder, "folder for the maps of each survey (CSV)");
   value("--csv", given.csv, "file with a line for each survey");
 }

@@ -19,7 +19,7 @@ TEST_CASE("links are those of maps that overlap, one a pair, at the right place"
   random_source random(5);
   const surveyed_grid s(3, 0.01, random);
   std::size_t tried = 0;
-  const auto links = find_links(s.maps, -6, {}, tried, {});
+  const auto links = find_links(s.maps, overlap_index(s.maps, overlap_cell, {}), -6, {}, tried, {});
   std::set<std::pair<std::uint32_t, std::uint32_t>> pairs;
   std::size_t used = 0;
   for (const survey_link& l : links) {

@@ -91,6 +91,32 @@ TEST_CASE("candidates are the best ones, the same for any number of threads") {
   }
 }
 
+TEST_CASE("an index that maps were added to has the candidates of one over all maps") {
+  random_source random(5);
+  const scenes::surveyed_grid s(3, 0.02, random);
+  const overlap_index all(s.maps, 2 * tolerance, {});
+  const std::span<const prepared_stems> maps = s.maps;
+  for (const std::size_t first : {0u, 5u}) {
+    overlap_index index(maps.first(first), 2 * tolerance, {});
+    for (std::size_t m = first; m < maps.size(); ++m) {
+      if (m > 0) index.set_further(maps.first(m));  // the next one takes the place of one that is not kept
+      index.set_further(maps.first(m + 1));
+      if (m > first) CHECK(index.candidates_of(m, tolerance, 10, true).size() > 0);
+      index.keep_further();
+    }
+    for (std::size_t m = 0; m < maps.size(); ++m) {
+      const auto expected = all.candidates_of(m, tolerance, 1000, m % 2 == 0),
+                 found = index.candidates_of(m, tolerance, 1000, m % 2 == 0);
+      REQUIRE(found.size() == expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        CHECK(found[i].target == expected[i].target);
+        CHECK(found[i].votes == expected[i].votes);
+        CHECK(found[i].pairs == expected[i].pairs);
+      }
+    }
+  }
+}
+
 TEST_CASE("maps without triangles have no candidates") {
   const std::vector<prepared_stems> none;
   const overlap_index empty(none, 2 * tolerance, {});

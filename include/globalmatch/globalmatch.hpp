@@ -4,6 +4,7 @@
 #include "globalmatch/evaluation.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/global_matching.hpp"
+#include "globalmatch/growing_survey.hpp"
 #include "globalmatch/icp.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/mapping_options.hpp"

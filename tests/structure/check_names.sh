@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Counts the distinct names declared directly in namespace globalmatch (inline namespaces are looked through;
-# members, enumerators, operators and redeclarations do not count). Fails above 112 (90; the prior, its
+# members, enumerators, operators and redeclarations do not count). Fails above 113 (90; the prior, its
 # deviation and the scale; five of surveys and of stem map files; five of surveys in parts; nine of their
-# refinement); -v lists them by header.
+# refinement; the survey that grows); -v lists them by header.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - "${1:-}" <<'P'
 import glob, re, sys
-limit, names = 112, {}
+limit, names = 113, {}
 
 def declare(head, path):
     head = ' '.join(re.sub(r'\[\[.*?\]\]', ' ', head).split())

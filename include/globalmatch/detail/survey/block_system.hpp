@@ -2,8 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
 
 #include <algorithm>
 #include <cstddef>
@@ -12,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 #include <vector>
+
+#include "globalmatch/detail/survey/block_cholesky.hpp"
 
 namespace globalmatch::detail {
 
@@ -39,7 +39,7 @@ class block_system {
     if (rows_.size() >= std::size_t(std::numeric_limits<int>::max()) / (Dimension * Dimension))
       throw std::length_error("the maps of a survey have too many pairs that share trees");
     blocks_.resize(rows_.size());
-    lay_out();
+    factors_ = block_cholesky<Dimension>(first_, rows_);
     set_zero();
   }
 
@@ -61,64 +61,13 @@ class block_system {
   }
 
   /// Factorizes; false where the matrix is not positive definite.
-  bool factorize() {
-    double* out = matrix_.valuePtr();
-    for (std::size_t c = 0; c < size_; ++c)
-      for (int k = 0; k < Dimension; ++k)
-        for (std::size_t s = first_[c]; s < first_[c + 1]; ++s)
-          for (int r = rows_[s] == c ? k : 0; r < Dimension; ++r) *out++ = blocks_[s](r, k);
-    solver_.factorize(matrix_);
-    return solver_.info() == Eigen::Success && (solver_.vectorD().array() > 0).all();
-  }
+  bool factorize() { return factors_.factorize(blocks_); }
 
   /// After `factorize`.
-  Eigen::VectorXd solve() const { return solver_.solve(right_); }
+  Eigen::VectorXd solve() const { return factors_.solve(right_); }
 
-  /// The blocks of the inverse matrix on the diagonal, after `factorize`: from the factors, as far as their
-  /// pattern goes (Takahashi, Fagan and Chin 1973, Formation of a sparse bus impedance matrix, PICA). Cost:
-  /// that of a factorization.
-  std::vector<block> inverse_blocks() const {
-    const Eigen::SparseMatrix<double>& lower = solver_.matrixL().nestedExpression();
-    const Eigen::VectorXd diagonal = solver_.vectorD();
-    const int* first = lower.outerIndexPtr();
-    const int* rows = lower.innerIndexPtr();
-    std::vector<double> inverse(std::size_t(lower.nonZeros())), on_diagonal(std::size_t(lower.cols()));
-    const auto at = [&](int row, int column) -> double {  // of the inverse, in the pattern
-      if (row == column) return on_diagonal[std::size_t(row)];
-      const int low = std::min(row, column), high = std::max(row, column);
-      return inverse[std::size_t(std::lower_bound(rows + first[low], rows + first[low + 1], high) - rows)];
-    };
-    std::vector<double> sums;
-    for (int j = int(lower.cols()); j-- > 0;) {
-      const int begin = first[j], count = first[j + 1] - begin;
-      sums.assign(std::size_t(count), 0);
-      for (int a = 0; a < count; ++a) {
-        const int row = rows[begin + a];
-        sums[std::size_t(a)] += on_diagonal[std::size_t(row)] * lower.valuePtr()[begin + a];
-        int entry = first[row];
-        for (int b = a + 1; b < count; ++b) {  // both in the pattern of column `row`
-          while (rows[entry] < rows[begin + b]) ++entry;
-          const double shared = inverse[std::size_t(entry)];
-          sums[std::size_t(a)] += shared * lower.valuePtr()[begin + b];
-          sums[std::size_t(b)] += shared * lower.valuePtr()[begin + a];
-        }
-      }
-      double own = 1 / diagonal[j];
-      for (int a = 0; a < count; ++a) {
-        inverse[std::size_t(begin + a)] = -sums[std::size_t(a)];
-        own += sums[std::size_t(a)] * lower.valuePtr()[begin + a];
-      }
-      on_diagonal[std::size_t(j)] = own;
-    }
-    const auto& permuted = solver_.permutationP().indices();
-    std::vector<block> blocks(size_);
-    for (std::size_t i = 0; i < size_; ++i)
-      for (int c = 0; c < Dimension; ++c)
-        for (int r = 0; r < Dimension; ++r)
-          blocks[i](r, c) =
-              at(permuted[Eigen::Index(i) * Dimension + r], permuted[Eigen::Index(i) * Dimension + c]);
-    return blocks;
-  }
+  /// The blocks of the inverse matrix on the diagonal, after `factorize`. Cost: that of two factorizations.
+  std::vector<block> inverse_blocks() const { return factors_.inverse_blocks(); }
 
  private:
   std::size_t slot(std::size_t row, std::size_t column) const {
@@ -127,28 +76,12 @@ class block_system {
     return std::size_t(std::lower_bound(begin, end, row) - rows_.begin());
   }
 
-  /// The pattern of the numbers, below the diagonal and on it.
-  void lay_out() {
-    std::vector<Eigen::Triplet<double>> numbers;
-    for (std::size_t c = 0; c < size_; ++c)
-      for (std::size_t s = first_[c]; s < first_[c + 1]; ++s)
-        for (int k = 0; k < Dimension; ++k)
-          for (int r = rows_[s] == c ? k : 0; r < Dimension; ++r)
-            numbers.emplace_back(int(rows_[s]) * Dimension + r, int(c) * Dimension + k, 1.0);
-    const auto scalars = Eigen::Index(size_) * Dimension;
-    matrix_.resize(scalars, scalars);
-    matrix_.setFromTriplets(numbers.begin(), numbers.end());
-    matrix_.makeCompressed();
-    solver_.analyzePattern(matrix_);
-  }
-
   std::size_t size_;
   std::vector<std::size_t> first_;   // of each column of blocks
   std::vector<std::uint32_t> rows_;  // of each block, increasing in a column
   std::vector<block> blocks_;        // below the diagonal and on it
   Eigen::VectorXd right_;
-  Eigen::SparseMatrix<double> matrix_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower> solver_;
+  block_cholesky<Dimension> factors_;
 };
 
 }  // namespace globalmatch::detail

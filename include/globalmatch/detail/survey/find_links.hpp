@@ -103,14 +103,33 @@ inline link_question first_question(double max_log10_nfa) {
   return {link_tolerances[0], false, max_log10_nfa};
 }
 
+inline constexpr std::size_t sufficient_links = 3;  // of which two may be wrong
+
+/// Adds the links of the last map, which asks again as all others do.
+inline void find_links_of_last(std::span<const prepared_stems> maps, const overlap_index& index,
+                               double max_log10_nfa, std::vector<survey_link>& links, std::size_t& tried) {
+  const auto last = std::uint32_t(maps.size() - 1);
+  if (maps[last].stems.size() < min_linked_stems) return;
+  const std::size_t before = links.size();
+  for (const double tolerance : link_tolerances) {
+    poll_cancelled();
+    std::vector<survey_link> own(links.begin() + std::ptrdiff_t(before), links.end());
+    for (survey_link& l : links_of(maps, index, last, {tolerance, true, max_log10_nfa}, tried))
+      own.push_back(std::move(l));
+    keep_best_of_pairs(own);
+    links.resize(before);
+    links.insert(links.end(), own.begin(), own.end());
+    use_supported_links(links, maps.size(), max_log10_nfa);
+    if (count_links(links, maps.size())[last] >= sufficient_links) break;
+  }
+}
+
 /// Links of all maps: at first by triangles that hardly differ, of which few are alike at random; maps that
 /// found few links ask again with ever coarser ones. `known`: the answers that some maps have to the first
 /// question, ordered by map.
-inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, double max_log10_nfa,
-                                           std::vector<map_links>&& known, std::size_t& tried,
-                                           const execution& exec) {
-  constexpr std::size_t enough = 3;  // links, of which two may be wrong
-  const overlap_index index(maps, overlap_cell, exec);
+inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps, const overlap_index& index,
+                                           double max_log10_nfa, std::vector<map_links>&& known,
+                                           std::size_t& tried, const execution& exec) {
   std::vector<survey_link> links;
   std::vector<std::size_t> count(maps.size());
   const auto by_map = [](const map_links& a, const map_links& b) { return a.map < b.map; };
@@ -118,7 +137,7 @@ inline std::vector<survey_link> find_links(std::span<const prepared_stems> maps,
     const bool is_first = tolerance == link_tolerances[0];
     std::vector<std::uint32_t> asking;
     for (std::uint32_t m = 0; m < maps.size(); ++m)
-      if (count[m] < enough && maps[m].stems.size() >= min_linked_stems &&
+      if (count[m] < sufficient_links && maps[m].stems.size() >= min_linked_stems &&
           !std::binary_search(known.begin(), known.end(), map_links{m}, by_map))
         asking.push_back(m);
     auto found = ask_maps(

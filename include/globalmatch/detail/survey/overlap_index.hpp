@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "globalmatch/detail/core/growing_grid.hpp"
 #include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/threads.hpp"
@@ -54,12 +55,12 @@ inline std::vector<triangle> local_triangles(const prepared_stems& map, std::siz
   return triangles;
 }
 
-/// Immutable; refers to the maps.
+/// Refers to the maps.
 class overlap_index {
  public:
   /// `cell` [m]: twice the tolerance that is asked for most.
   overlap_index(std::span<const prepared_stems> maps, double cell, const execution& exec)
-      : maps_(maps), triangles_(maps.size()) {
+      : maps_(maps), triangles_(maps.size()), further_(float(cell)) {
     parallel_for(
         exec, "triangles", maps.size(),
         [&](std::size_t m) { triangles_[m] = local_triangles(maps_[m], neighbors); }, 1);
@@ -71,9 +72,22 @@ class overlap_index {
         count, float(cell), std::max<std::size_t>(1, parts),
         [&](std::size_t part, std::size_t all, const auto& visit) {
           for (std::size_t m = part * maps_.size() / all; m < (part + 1) * maps_.size() / all; ++m)
-            for (std::size_t t = 0; t < triangles_[m].size(); ++t) visit(item_of(m, t));
+            for (std::size_t t = 0; t < triangles_[m].size(); ++t) visit(item_of<grid::item>(m, t));
         },
         [&](std::size_t all, const auto& work) { parallel_for(exec, "triangle cells", all, work, 1); });
+  }
+
+  /// Lets a further map, the last one of `maps`, ask for candidates; it is none before `keep_further`, and
+  /// the next one takes its place.
+  void set_further(std::span<const prepared_stems> maps) {
+    triangles_.resize(maps.size());
+    triangles_.back() = local_triangles(maps.back(), neighbors);
+    maps_ = maps;
+  }
+  /// Adds the further map.
+  void keep_further() {
+    for (std::size_t t = 0; t < triangles_.back().size(); ++t)
+      further_.add(item_of<further_triangles::item>(triangles_.size() - 1, t));
   }
 
   /// The transforms of a map onto later ones, or all others, that two votes or more ask for: those of most
@@ -102,6 +116,7 @@ class overlap_index {
     float x, y;       // [m] of the centroid
   };
   using grid = wrapped_grid<float, 3, indexed_triangle>;
+  using further_triangles = growing_grid<float, 3, indexed_triangle>;
 
   struct vote {
     std::uint32_t map;
@@ -122,7 +137,8 @@ class overlap_index {
     return {std::uint32_t(m), std::uint32_t(number), float(std::atan2(c.y - b.y, c.x - b.x)),
             float((a.x + b.x + c.x) / 3), float((a.y + b.y + c.y) / 3)};
   }
-  grid::item item_of(std::size_t m, std::size_t t) const {
+  template <class Item>
+  Item item_of(std::size_t m, std::size_t t) const {
     return {edge_point(triangles_[m][t]), described(m, triangles_[m][t], t)};
   }
 
@@ -140,12 +156,14 @@ class overlap_index {
       bool is_common = false;
       for (const triangle& asked : admissible_orders(triangles_[source][t], tolerance)) {
         const indexed_triangle own = described(source, asked, t);
-        is_common = is_common || grid_.any_near(edge_point(asked), float(tolerance), [&](const auto& item) {
+        const auto is_one_too_many = [&](const auto& item) {
           const indexed_triangle& other = item.label;
           if (other.map != source && (all_others || other.map > source))
             votes.push_back(vote_of(own, other, middle));
           return votes.size() - before > max_like;
-        });
+        };
+        is_common = is_common || grid_.any_near(edge_point(asked), float(tolerance), is_one_too_many) ||
+                    further_.any_near(edge_point(asked), float(tolerance), is_one_too_many);
       }
       if (is_common)
         votes.resize(before);
@@ -262,6 +280,7 @@ class overlap_index {
   std::span<const prepared_stems> maps_;
   std::vector<std::vector<triangle>> triangles_;  // of each map
   grid grid_;
+  further_triangles further_;
 };
 
 }  // namespace globalmatch::detail

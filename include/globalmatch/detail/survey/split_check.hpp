@@ -34,19 +34,17 @@ inline std::vector<std::vector<shared_stem>> shared_stems(std::span<const prepar
                                                           const tree_observations& trees,
                                                           std::span<const double> weights) {
   std::vector<std::vector<shared_stem>> shared(maps.size());
+  const std::vector<vec2> placed = placed_stems(maps, trees, poses);
   for (std::size_t t = 0; t < trees.size(); ++t) {
     vec2 sum = vec2{};
     double total = 0;
-    const auto placed = [&](std::size_t i) {
-      return poses[trees.stems[i].map] * maps[trees.stems[i].map].stems.at[trees.stems[i].stem].xy();
-    };
     for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i)
-      sum += weights[i] * placed(i), total += weights[i];
+      sum += weights[i] * placed[i], total += weights[i];
     for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) {
       const double rest = total - weights[i];
       if (!(weights[i] > 0 && rest > 1e-3)) continue;
       const stem_of_map& o = trees.stems[i];
-      const vec2 others = (sum - weights[i] * placed(i)) / rest;
+      const vec2 others = (sum - weights[i] * placed[i]) / rest;
       shared[o.map].push_back({maps[o.map].stems.at[o.stem], {others.x, others.y, 0}});
     }
   }

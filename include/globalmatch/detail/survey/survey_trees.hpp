@@ -10,7 +10,10 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/growing_grid.hpp"
 #include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/matrices.hpp"
+#include "globalmatch/detail/core/rigid.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/vectors.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
@@ -38,96 +41,91 @@ struct tree_observations {
 /// Places of trees as they are found, in cells as wide as they are searched for.
 class tree_places {
  public:
-  explicit tree_places(double radius) : radius_(radius) {}
+  explicit tree_places(double radius) : radius_(radius), grid_(radius) {}
 
-  std::size_t size() const { return at_.size(); }
+  std::size_t size() const { return grid_.size(); }
 
   /// Calls `visit(tree, squared distance)` for those nearer than the radius.
   template <class Visit>
   void for_each_near(const vec2& place, const Visit& visit) const {
-    const std::int64_t column = cell(place.x), row = cell(place.y);
-    for (std::int64_t c = column - 1; c <= column + 1; ++c)
-      for (std::int64_t r = row - 1; r <= row + 1; ++r) {
-        if (heads_.empty()) return;
-        for (std::uint32_t t = heads_[bucket(c, r)]; t != none; t = next_[t])
-          if (cell(at_[t].x) == c && cell(at_[t].y) == r)
-            if (const double squared = (at_[t] - place).squared_norm(); squared < radius_ * radius_)
-              visit(t, squared);
-      }
+    grid_.for_each_near({place.x, place.y}, radius_, [&](const auto& item) {
+      const vec2 at = {item.at[0], item.at[1]};
+      if (const double squared = (at - place).squared_norm(); squared < radius_ * radius_)
+        visit(item.label, squared);
+    });
   }
 
   std::uint32_t add(const vec2& place) {
-    at_.push_back(place);
-    next_.push_back(none);
-    if (at_.size() > heads_.size())
-      rehash();
-    else
-      link(std::uint32_t(at_.size() - 1));
-    return std::uint32_t(at_.size() - 1);
+    const auto tree = std::uint32_t(size());
+    grid_.add({{place.x, place.y}, tree});
+    return tree;
   }
 
  private:
-  static constexpr std::uint32_t none = ~std::uint32_t(0);
-
-  std::int64_t cell(double v) const { return std::int64_t(std::floor(v / radius_)); }
-  std::size_t bucket(std::int64_t column, std::int64_t row) const {
-    const std::uint64_t hash =
-        std::uint64_t(column) * 0x9e3779b97f4a7c15u + std::uint64_t(row) * 0xbf58476d1ce4e5b9u;
-    return std::size_t(hash >> 32) & (heads_.size() - 1);
-  }
-  void link(std::uint32_t tree) {
-    std::uint32_t& head = heads_[bucket(cell(at_[tree].x), cell(at_[tree].y))];
-    next_[tree] = head;
-    head = tree;
-  }
-  void rehash() {
-    heads_.assign(std::max<std::size_t>(64, 4 * heads_.size()), none);
-    for (std::uint32_t t = 0; t < at_.size(); ++t) link(t);
-  }
-
   double radius_;
-  std::vector<vec2> at_;
-  std::vector<std::uint32_t> heads_, next_;  // of the buckets, and of each tree
+  growing_grid<double, 2> grid_;
 };
 
-/// Stems near a tree of the maps before are this tree, nearest ones first and one to one; others are new
-/// ones. Near is within the root mean square of the `radius` [m] of the map and that of the map that showed
-/// the tree first. Maps in `order`, which are those of one component. Cost: linear in the stems.
+/// Which trees the stems of maps are, map by map.
+class tree_matcher {
+ public:
+  static constexpr std::uint32_t no_tree = ~std::uint32_t(0);
+
+  /// Stems near a tree are this tree, nearest ones first and one to one; `no_tree` for others. Near is within
+  /// the root mean square of the `radius` [m] of the map and that of a tree, `radius_of(tree)`.
+  template <class RadiusOf>
+  std::span<const std::uint32_t> operator()(const prepared_stems& map, const plan_pose& pose, double radius,
+                                            const tree_places& places, const RadiusOf& radius_of) {
+    const auto& at = map.stems.at;
+    ++map_;
+    candidates_.clear();
+    tree_of_.assign(at.size(), no_tree);
+    taken_by_.resize(places.size(), 0);
+    for (std::uint32_t s = 0; s < at.size(); ++s)
+      places.for_each_near(pose * at[s].xy(), [&](std::uint32_t tree, double squared) {
+        const double other = radius_of(tree);
+        if (2 * squared < radius * radius + other * other)
+          candidates_.push_back({key_of(squared), key_of(s, tree)});
+      });
+    sort_keyed(candidates_);
+    for (const keyed& c : candidates_) {
+      const std::uint32_t s = first_of(c.value), tree = second_of(c.value);
+      if (tree_of_[s] != no_tree || taken_by_[tree] == map_) continue;
+      tree_of_[s] = tree;
+      taken_by_[tree] = map_;
+    }
+    return tree_of_;
+  }
+
+ private:
+  std::uint32_t map_ = 0;  // number of the map at work
+  std::vector<keyed> candidates_;
+  std::vector<std::uint32_t> tree_of_, taken_by_;  // each stem; each tree
+};
+
+/// Stems near a tree of the maps before are this tree, others are new ones, at the place of that stem. The
+/// `radius` [m] of a tree is that of the map that showed it first. Maps in `order`, which are those of one
+/// component. Cost: linear in the stems.
 inline tree_observations find_trees(std::span<const prepared_stems> maps,
                                     std::span<const std::uint32_t> order, std::span<const plan_pose> poses,
                                     std::span<const double> radius) {
   double largest = 0;
   for (const std::uint32_t m : order) largest = std::max(largest, radius[m]);
   tree_places places(largest);
+  tree_matcher trees_of;
   std::vector<std::vector<stem_of_map>> seen;
-  std::vector<keyed> candidates;
-  std::vector<std::uint32_t> tree_of, taken_by;
-  constexpr std::uint32_t none = ~std::uint32_t(0);
   for (const std::uint32_t m : order) {
     poll_cancelled();
     const auto& at = maps[m].stems.at;
-    candidates.clear();
-    tree_of.assign(at.size(), none);
-    taken_by.resize(places.size(), none);
-    for (std::uint32_t s = 0; s < at.size(); ++s)
-      places.for_each_near(poses[m] * at[s].xy(), [&](std::uint32_t tree, double squared) {
-        const double other = radius[seen[tree].front().map];
-        if (2 * squared < radius[m] * radius[m] + other * other)
-          candidates.push_back({key_of(squared), key_of(s, tree)});
-      });
-    sort_keyed(candidates);
-    for (const keyed& c : candidates) {
-      const std::uint32_t s = first_of(c.value), tree = second_of(c.value);
-      if (tree_of[s] != none || taken_by[tree] == m) continue;
-      tree_of[s] = tree;
-      taken_by[tree] = m;
-    }
+    const auto found = trees_of(maps[m], poses[m], radius[m], places,
+                                [&](std::uint32_t tree) { return radius[seen[tree].front().map]; });
     for (std::uint32_t s = 0; s < at.size(); ++s) {
-      if (tree_of[s] == none) {
-        tree_of[s] = places.add(poses[m] * at[s].xy());
+      std::uint32_t tree = found[s];
+      if (tree == tree_matcher::no_tree) {
+        tree = places.add(poses[m] * at[s].xy());
         seen.emplace_back();
       }
-      seen[tree_of[s]].push_back({m, s});
+      seen[tree].push_back({m, s});
     }
   }
   tree_observations trees;
@@ -138,29 +136,122 @@ inline tree_observations find_trees(std::span<const prepared_stems> maps,
   return trees;
 }
 
+/// The trees that the stems of a further map are. Trees of which `is_near(map)` says that the map that showed
+/// them first is elsewhere are not looked at.
+template <class IsNear>
+std::vector<std::uint32_t> trees_of_map(std::span<const prepared_stems> maps, std::uint32_t map,
+                                        std::span<const plan_pose> poses, std::span<const double> radius,
+                                        const tree_observations& trees, const IsNear& is_near) {
+  tree_places places(*std::max_element(radius.begin(), radius.end()));
+  std::vector<std::uint32_t> near;
+  for (std::uint32_t t = 0; t < trees.size(); ++t) {
+    const stem_of_map& first = trees.of(t).front();
+    if (!is_near(first.map)) continue;
+    near.push_back(t);
+    places.add(poses[first.map] * maps[first.map].stems.at[first.stem].xy());
+  }
+  tree_matcher match;
+  const auto found = match(maps[map], poses[map], radius[map], places,
+                           [&](std::uint32_t i) { return radius[trees.of(near[i]).front().map]; });
+  std::vector<std::uint32_t> tree_of;
+  for (const std::uint32_t i : found) tree_of.push_back(i == tree_matcher::no_tree ? i : near[i]);
+  return tree_of;
+}
+
+/// The stem of a map that is each tree, and its own stems that are none.
+struct stems_of_trees {
+  static constexpr stem_index no_stem = ~stem_index(0);
+  std::vector<stem_index> of_tree, others;
+
+  stems_of_trees(std::size_t trees, std::span<const std::uint32_t> tree_of) : of_tree(trees, no_stem) {
+    for (stem_index s = 0; s < tree_of.size(); ++s)
+      if (tree_of[s] == tree_matcher::no_tree)
+        others.push_back(s);
+      else
+        of_tree[tree_of[s]] = s;
+  }
+};
+
+/// Trees that a further map shows as well, with its stem the last one of each. `tree_of`: each of its stems.
+inline tree_observations trees_in_common(const tree_observations& trees, std::uint32_t map,
+                                         std::span<const std::uint32_t> tree_of) {
+  const stems_of_trees stems(trees.size(), tree_of);
+  tree_observations common;
+  for (std::size_t t = 0; t < trees.size(); ++t) {
+    if (stems.of_tree[t] == stems_of_trees::no_stem) continue;
+    common.stems.insert(common.stems.end(), trees.of(t).begin(), trees.of(t).end());
+    common.stems.push_back({map, stems.of_tree[t]});
+    common.first.push_back(common.stems.size());
+  }
+  return common;
+}
+
+/// All trees, with the stems of a further map, and a number of each of their stems; `of_stem`: those of the
+/// map.
+inline tree_observations with_further_map(const tree_observations& trees, std::uint32_t map,
+                                          std::span<const std::uint32_t> tree_of,
+                                          std::span<const double> of_stem, std::vector<double>& numbers) {
+  const stems_of_trees stems(trees.size(), tree_of);
+  tree_observations all;
+  std::vector<double> of_all;
+  all.stems.reserve(trees.stems.size() + tree_of.size());
+  all.first.reserve(trees.first.size() + stems.others.size());
+  of_all.reserve(trees.stems.size() + tree_of.size());
+  const auto add = [&](stem_index s) {
+    all.stems.push_back({map, s});
+    of_all.push_back(of_stem[s]);
+  };
+  for (std::size_t t = 0; t < trees.size(); ++t) {
+    all.stems.insert(all.stems.end(), trees.of(t).begin(), trees.of(t).end());
+    of_all.insert(of_all.end(), numbers.begin() + std::ptrdiff_t(trees.first[t]),
+                  numbers.begin() + std::ptrdiff_t(trees.first[t + 1]));
+    if (stems.of_tree[t] != stems_of_trees::no_stem) add(stems.of_tree[t]);
+    all.first.push_back(all.stems.size());
+  }
+  for (const stem_index s : stems.others) {
+    add(s);
+    all.first.push_back(all.stems.size());
+  }
+  numbers = std::move(of_all);
+  return all;
+}
+
+/// Where poses have the stems of trees [m], in the order of these.
+inline std::vector<vec2> placed_stems(std::span<const prepared_stems> maps, const tree_observations& trees,
+                                      std::span<const plan_pose> poses) {
+  std::vector<mat3> turns;
+  for (const plan_pose& pose : poses) turns.push_back(rotation_about_z(pose.yaw));
+  std::vector<vec2> placed;
+  placed.reserve(trees.stems.size());
+  for (const stem_of_map& o : trees.stems)
+    placed.push_back((turns[o.map] * maps[o.map].stems.at[o.stem]).xy() + poses[o.map].shift);
+  return placed;
+}
+
 /// The unknowns that have trees in common, each pair once.
 inline std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs_of_maps(const tree_observations& trees,
                                                                           const unknown_poses& unknowns) {
-  constexpr std::size_t at_once = 1'000'000;
-  std::vector<std::uint64_t> all;
-  const auto keep_unique = [&] {
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::vector<std::size_t> first(unknowns.count + 1, 0);
+  const auto for_each = [&](const auto& visit) {
+    for (std::uint32_t t = 0; t < trees.size(); ++t)
+      for (const stem_of_map& o : trees.of(t))
+        if (unknowns.of[o.map] != unknown_poses::fixed) visit(unknowns.of[o.map], t);
   };
-  for (std::size_t t = 0, limit = at_once; t < trees.size(); ++t) {
-    const auto seen = trees.of(t);
-    for (std::size_t i = 0; i < seen.size(); ++i)
-      for (std::size_t k = 0; k < i; ++k) {
-        const std::uint32_t a = unknowns.of[seen[i].map], b = unknowns.of[seen[k].map];
-        if (a != unknown_poses::fixed && b != unknown_poses::fixed)
-          all.push_back(key_of(std::max(a, b), std::min(a, b)));
-      }
-    if (all.size() > limit) keep_unique(), limit = 2 * all.size() + at_once;
-  }
-  keep_unique();
+  for_each([&](std::uint32_t unknown, std::uint32_t) { ++first[unknown + 1]; });
+  for (std::size_t u = 0; u < unknowns.count; ++u) first[u + 1] += first[u];
+  std::vector<std::uint32_t> trees_of(first.back());
+  std::vector<std::size_t> end(first.begin(), first.end() - 1);
+  for_each([&](std::uint32_t unknown, std::uint32_t tree) { trees_of[end[unknown]++] = tree; });
+
   std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  pairs.reserve(all.size());
-  for (const std::uint64_t key : all) pairs.emplace_back(first_of(key), second_of(key));
+  std::vector<std::uint32_t> found_by(unknowns.count, unknown_poses::fixed);
+  for (std::uint32_t u = 0; u < unknowns.count; ++u)
+    for (std::size_t i = first[u]; i < first[u + 1]; ++i)
+      for (const stem_of_map& o : trees.of(trees_of[i]))
+        if (const std::uint32_t other = unknowns.of[o.map]; other < u && found_by[other] != u) {
+          found_by[other] = u;
+          pairs.emplace_back(u, other);
+        }
   return pairs;
 }
 

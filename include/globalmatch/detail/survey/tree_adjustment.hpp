@@ -82,15 +82,21 @@ class tree_adjustment {
     index_stems(maps, trees);
   }
 
+  /// Starts from where an adjustment ended: from the agreement of the stems of all trees.
+  void start_from(const std::vector<double>& agreement) {
+    std::copy(agreement.begin(), agreement.end(), agreement_.begin());
+    has_agreement_ = true;
+  }
+
   /// Moves the poses until convergence; observations that do not fit their landmark lose their weight. False
   /// where landmarks and links do not determine all of them.
-  bool adjust(std::span<plan_pose> poses) {
-    constexpr int max_iterations = 20;
+  bool adjust(std::span<plan_pose> poses, int max_iterations = 20) {
     constexpr double converged = 1e-5;  // [m]
     const int steps = sigmas_.steps();
     for (int iteration = -steps; iteration < max_iterations; ++iteration) {
       poll_cancelled();
-      reweight(poses, iteration == -steps);
+      place_all(poses);
+      reweight(iteration == -steps && !has_agreement_);
       fill(poses);
       if (unknowns_.count == 0) return true;
       if (!system_.factorize()) return false;
@@ -108,6 +114,10 @@ class tree_adjustment {
     std::vector<double> all;
     for (std::size_t i = 0; i < first_[trees_]; ++i) all.push_back(weight(i));
     return all;
+  }
+  /// Tukey weights of the observations of all trees, in their order.
+  std::vector<double> agreement() const {
+    return {agreement_.begin(), agreement_.begin() + std::ptrdiff_t(first_[trees_])};
   }
   /// Of the observations of all targets, in their order, beside their standard deviations: 0 to 1.
   std::vector<double> target_weights() const {
@@ -127,15 +137,21 @@ class tree_adjustment {
     return result;
   }
 
+ private:
+  void place_all(std::span<const plan_pose> poses) {
+    placed_.resize(seen_.size());
+    for (std::size_t i = 0; i < seen_.size(); ++i) placed_[i] = poses[seen_[i].map] * seen_[i].at;
+  }
+
   /// Weighted mean [m] of where maps show a landmark.
-  vec2 place_of(std::size_t landmark, std::span<const plan_pose> poses) const {
+  vec2 place_of(std::size_t landmark) const {
     vec2 sum = vec2{};
     double total = 0;
     for (std::size_t i = first_[landmark]; i < first_[landmark + 1]; ++i) {
-      sum += weight(i) * placed(i, poses);
+      sum += weight(i) * placed_[i];
       total += weight(i);
     }
-    return total > 0 ? sum / total : placed(first_[landmark], poses);
+    return total > 0 ? sum / total : placed_[first_[landmark]];
   }
   /// Of the weights of a landmark's observations.
   double total_weight(std::size_t landmark) const {
@@ -144,10 +160,6 @@ class tree_adjustment {
     return total;
   }
 
- private:
-  vec2 placed(std::size_t i, std::span<const plan_pose> poses) const {
-    return poses[seen_[i].map] * seen_[i].at;
-  }
   double precision(std::size_t i) const {
     if (i < first_[trees_]) return seen_[i].precision;
     const double sigma = target_sigmas_[i - first_[trees_]];
@@ -194,11 +206,11 @@ class tree_adjustment {
   }
 
   /// Medians of where maps show a landmark, along both axes, each counted by its precision; of two the mean.
-  vec2 median_place_of(std::size_t landmark, std::span<const plan_pose> poses) const {
-    if (first_[landmark + 1] - first_[landmark] == 2) return place_of(landmark, poses);
+  vec2 median_place_of(std::size_t landmark) const {
+    if (first_[landmark + 1] - first_[landmark] == 2) return place_of(landmark);
     std::vector<std::pair<double, double>> x, y;  // with precision
     for (std::size_t i = first_[landmark]; i < first_[landmark + 1]; ++i) {
-      const vec2 at = placed(i, poses);
+      const vec2 at = placed_[i];
       x.emplace_back(at.x, precision(i));
       y.emplace_back(at.y, precision(i));
     }
@@ -207,17 +219,17 @@ class tree_adjustment {
 
   /// Agreement of observations follows the residuals, at first those from the median: one stem that is off
   /// would have the mean of three refuse all.
-  void reweight(std::span<const plan_pose> poses, bool first) {
+  void reweight(bool first) {
     const double largest = sigma_ * tukey_constant;
     for (std::size_t t = 0; t + 1 < first_.size(); ++t) {
       const std::size_t begin = first_[t], end = first_[t + 1];
       if (end - begin < 2) continue;
-      const vec2 place = first ? median_place_of(t, poses) : place_of(t, poses);
+      const vec2 place = first ? median_place_of(t) : place_of(t);
       double total = 0;
       for (std::size_t i = begin; i < end; ++i) total += precision(i);
       for (std::size_t i = begin; i < end; ++i) {
         const double of_mean = total / (total - precision(i));  // which is nearer to its stems than the tree
-        const double square = (placed(i, poses) - place).squared_norm() * of_mean * precision(i);
+        const double square = (placed_[i] - place).squared_norm() * of_mean * precision(i);
         agreement_[i] = tukey_weight(square * leniency(i) / (largest * largest));
       }
     }
@@ -244,12 +256,13 @@ class tree_adjustment {
     std::vector<jacobian> of_pose;
     for (std::size_t t = 0; t + 1 < first_.size(); ++t) {
       const std::size_t begin = first_[t], end = first_[t + 1];
+      if (end - begin < 2) continue;
       const double total = total_weight(t);
-      if (end - begin < 2 || !(total > 0)) continue;
-      const vec2 place = place_of(t, poses);
+      if (!(total > 0)) continue;
+      const vec2 place = place_of(t);
       of_pose.clear();
       for (std::size_t i = begin; i < end; ++i) {
-        const vec2 at = placed(i, poses), lever = quarter_turned(at - poses[seen_[i].map].shift);
+        const vec2 at = placed_[i], lever = quarter_turned(at - poses[seen_[i].map].shift);
         jacobian j;
         j << 1, 0, lever.x, 0, 1, lever.y;
         of_pose.push_back(j);
@@ -258,7 +271,7 @@ class tree_adjustment {
         const std::uint32_t own = unknowns_.of[seen_[i].map];
         if (own == unknown_poses::fixed || !(weight(i) > 0)) continue;
         const jacobian& j = of_pose[i - begin];
-        const vec2 off = placed(i, poses) - place;
+        const vec2 off = placed_[i] - place;
         system_.add_right(own, -weight(i) * (j.transpose() * Eigen::Vector2d(off.x, off.y)));
         for (std::size_t k = begin; k < end; ++k) {
           const std::uint32_t other = unknowns_.of[seen_[k].map];
@@ -282,6 +295,8 @@ class tree_adjustment {
   narrowing_sigmas sigmas_;
   double sigma_ = 0;                         // deviation of a typical map
   std::vector<double> agreement_;            // Tukey weight of each observation
+  bool has_agreement_ = false;               // from another adjustment
+  std::vector<vec2> placed_;                 // [m] each observation
   std::vector<std::size_t> first_stem_;      // of each map, among the stems of all
   std::vector<std::size_t> observation_of_;  // each stem of all; `none` where it is of no tree
   std::vector<std::size_t> tree_of_;         // each observation of a tree

@@ -250,12 +250,11 @@ struct tree_sums {
   std::vector<double> radii;
   std::vector<survey::observation> seen;
 
-  void add(const local_survey& s, std::size_t i) {
+  void add(const local_survey& s, std::size_t i, const vec2& at) {
     const stem_of_map& o = s.adjusted.trees.stems[i];
     const position_set& stems = s.maps[o.map].stems;
     const double w = s.adjusted.weights[i], w_height = s.heights.weights[i];
     if (!(w > 0)) return;
-    const vec2 at = s.adjusted.poses[o.map] * stems.at[o.stem].xy();
     place += {w * at.x, w * at.y, w_height * (stems.at[o.stem].z + s.heights.of_map[o.map])};
     weight += w;
     height_weight += w_height;
@@ -268,10 +267,11 @@ struct tree_sums {
 
 inline void describe_trees(survey& result, const local_survey& s) {
   const tree_observations& trees = s.adjusted.trees;
+  const std::vector<vec2> placed = placed_stems(s.maps, trees, s.adjusted.poses);
   result.stem_sigma = s.adjusted.stem_sigma;
   for (std::size_t t = 0; t < trees.size(); ++t) {
     tree_sums sums;
-    for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) sums.add(s, i);
+    for (std::size_t i = trees.first[t]; i < trees.first[t + 1]; ++i) sums.add(s, i, placed[i]);
     if (sums.seen.empty()) continue;
     const double weight = sums.weight, height_weight = sums.height_weight;
     const bool has_height = height_weight > 0;

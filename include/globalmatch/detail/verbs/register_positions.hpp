@@ -121,6 +121,16 @@ inline void add_target_links(const target_observations& targets, std::vector<sur
   use_supported_links(links, maps, max_log10_nfa);
 }
 
+/// Turns a map upright whose vertical leans by `tilt` [rad], and forgets heights that slope; false where
+/// there is nothing to do.
+inline bool level_map(prepared_stems& map, const vec2& tilt, bool sloping, const plan_pose& pose) {
+  const bool forgets = sloping && map.stems.has_heights;
+  if (forgets) map.stems.has_heights = false;
+  if (!(tilt.norm() > 0)) return forgets;
+  map = turned_upright(map, tilt, pose.yaw);
+  return true;
+}
+
 /// Turns maps upright whose verticals lean against the known ones or else against those of most, and forgets
 /// heights that slope; false where there are none.
 inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
@@ -129,12 +139,8 @@ inline bool level_maps(std::vector<prepared_stems>& maps, const local_survey& s,
   const std::vector<vec2> tilts = find_tilts(s.links, of_link, s.placed.parts.of, levels);
   const std::vector<std::uint8_t> sloping = find_sloping(s.links, of_link, maps.size());
   bool any = false;
-  for (std::size_t m = 0; m < maps.size(); ++m) {
-    if (sloping[m] && maps[m].stems.has_heights) maps[m].stems.has_heights = false, any = true;
-    if (!(tilts[m].norm() > 0)) continue;
-    maps[m] = turned_upright(maps[m], tilts[m], s.adjusted.poses[m].yaw);
-    any = true;
-  }
+  for (std::size_t m = 0; m < maps.size(); ++m)
+    any |= level_map(maps[m], tilts[m], sloping[m] != 0, s.adjusted.poses[m]);
   return any;
 }
 
@@ -202,43 +208,88 @@ GLOBALMATCH_INLINE survey_matches match_positions_of_part(std::vector<position_s
   return matches;
 }
 
+/// What links make of the maps of a survey.
+struct survey_solution {
+  std::vector<survey_link> links;  ///< of stems, before the adjustment decides which ones are used
+  std::size_t candidates = 0;      ///< that were tried
+  target_observations targets;
+  known_poses known;
+  std::vector<double>
+      distances;  ///< [m] by which known poses are off that are not held; not a number of others
+  local_survey solved;
+};
+
+/// The links of stems and of targets.
+inline std::vector<survey_link> all_links(const survey_solution& s, std::size_t maps, double max_log10_nfa) {
+  std::vector<survey_link> links = s.links;
+  add_target_links(s.targets, links, maps, max_log10_nfa);
+  return links;
+}
+
+/// Solves all links, with no known pose held.
+inline void solve_all(std::span<const prepared_stems> maps, const survey_options& options,
+                      survey_solution& s) {
+  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
+  s.targets = find_targets(options.targets, maps);
+  s.known = known_poses_of(options, maps);
+  s.distances.assign(maps.size(), std::numeric_limits<double>::quiet_NaN());
+  s.solved = solve_links(maps, all_links(s, maps.size(), max_log10_nfa), s.known, s.targets, max_log10_nfa);
+}
+
+/// Solves all links again with the known poses held that agree.
+inline void hold_known(const survey_options& options, survey_solution& s) {
+  const std::size_t maps = s.solved.maps.size();
+  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps);
+  s.solved = hold_known_poses(std::move(s.solved), all_links(s, maps, max_log10_nfa), s.known, s.targets,
+                              max_log10_nfa, s.distances);
+}
+
+/// Solves the survey of the maps, which are turned upright where they lean. `index`: what is left of it after
+/// the links are found; a survey that does not grow needs it no more.
+inline survey_solution solve_maps(std::vector<prepared_stems>& maps, std::span<const survey_matches> matches,
+                                  const survey_options& options, std::optional<overlap_index>& index,
+                                  bool grows, const execution& exec) {
+  constexpr int max_levellings = 2;
+  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
+  std::vector<map_links> asked = known_links(matches, maps, max_log10_nfa);
+  survey_solution s;
+  for (int levelling = 0;; ++levelling) {
+    index.emplace(maps, overlap_cell, exec);
+    s.links = find_links(maps, *index, max_log10_nfa, std::move(asked), s.candidates, exec);
+    if (!grows) index.reset();
+    report_progress(exec, "adjustment", 0);
+    solve_all(maps, options, s);
+    if (levelling == max_levellings || !level_maps(maps, s.solved, options.levels, exec)) break;
+    asked.clear();
+  }
+  hold_known(options, s);
+  return s;
+}
+
+/// What is reported of a survey.
+inline survey described(const survey_solution& s, const survey_options& options) {
+  survey result;
+  result.candidates = s.candidates;
+  describe(result, s.solved);
+  describe_targets(result, s.solved, options.targets);
+  for (std::size_t m = 0; m < result.scans.size(); ++m) result.scans[m].fixed_distance = s.distances[m];
+  use_known_frames(result, options, [&](int component) -> std::optional<std::size_t> {
+    const components& parts = s.solved.placed.parts;
+    for (const survey_options::fixed_scan& f : options.fixed)
+      if (result.scans[f.scan].component == component) return parts.reference[parts.of[f.scan]];
+    return std::nullopt;
+  });
+  return result;
+}
+
 GLOBALMATCH_INLINE survey register_positions(std::vector<position_set> sets,
                                              std::span<const survey_matches> matches,
                                              const survey_options& options, const execution& exec,
                                              build_mode) {
   const parallel_scope scope(exec, "survey");
-  constexpr int max_levellings = 2;
   std::vector<prepared_stems> maps = prepare_maps(std::move(sets), exec);
-  const double max_log10_nfa = max_log10_nfa_of_survey(options, maps.size());
-  survey result;
-  std::vector<map_links> asked = known_links(matches, maps, max_log10_nfa);
-  local_survey solved;
-  for (int levelling = 0;; ++levelling) {
-    std::vector<survey_link> links =
-        find_links(maps, max_log10_nfa, std::move(asked), result.candidates, exec);
-    report_progress(exec, "adjustment", 0);
-    const target_observations targets = find_targets(options.targets, maps);
-    add_target_links(targets, links, maps.size(), max_log10_nfa);
-    known_poses known = known_poses_of(options, maps);
-    solved = solve_links(maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
-    if (levelling < max_levellings && level_maps(maps, solved, options.levels, exec)) {
-      asked.clear();
-      continue;
-    }
-    std::vector<double> distances(maps.size(), std::numeric_limits<double>::quiet_NaN());
-    solved = hold_known_poses(std::move(solved), links, known, targets, max_log10_nfa, distances);
-    describe(result, solved);
-    describe_targets(result, solved, options.targets);
-    for (std::size_t m = 0; m < maps.size(); ++m) result.scans[m].fixed_distance = distances[m];
-    break;
-  }
-  use_known_frames(result, options, [&](int component) -> std::optional<std::size_t> {
-    for (const survey_options::fixed_scan& f : options.fixed)
-      if (result.scans[f.scan].component == component)
-        return solved.placed.parts.reference[solved.placed.parts.of[f.scan]];
-    return std::nullopt;
-  });
-  return result;
+  std::optional<overlap_index> index;
+  return described(solve_maps(maps, matches, options, index, false, exec), options);
 }
 
 }  // namespace globalmatch::detail
