@@ -175,6 +175,23 @@ TEST_CASE("targets count by their precision, as in dense least squares with all 
   CHECK(covariances[4](0, 0) < 0.5 * without.covariances()[4](0, 0));
 }
 
+TEST_CASE("targets of Gaussian errors hardly ever lose their weight") {
+  std::size_t observations = 0, left_out = 0;
+  for (int survey = 0; survey < 20; ++survey) {
+    random_source random(std::uint64_t(40 + survey));
+    const nine_maps s(0.02, random);
+    const tree_observations trees = find_trees(s.seen.maps, all_of(9), s.truth, tree_radii(9));
+    const target_observations targets = targets_seen_from(s.truth, 30, 0.003, random);
+    const unknown_poses unknowns(9, first_is_fixed);
+    tree_adjustment adjustment(s.seen.maps, trees, {}, unknowns, std::vector<double>(9, 0.02), targets);
+    auto poses = s.disturbed(0.05, random);
+    REQUIRE(adjustment.adjust(poses));
+    for (const double w : adjustment.target_weights()) ++observations, left_out += w < 0.01;
+  }
+  CHECK(observations > 500);
+  CHECK(400 * left_out < observations);
+}
+
 TEST_CASE("targets hold maps together that have no trees in common, and one that is wrong displaces none") {
   random_source random(8);
   const auto truth = grid_of_maps(2, random);

@@ -151,22 +151,25 @@ class height_adjustment {
       if (seen_[i].counts) agreement_[i] = tukey_weight(off[i] * off[i] / (largest * largest));
   }
 
-  /// As those of trees, from the mean; at first from the median, as one that is off would have the mean
-  /// refuse all.
+  /// As `tree_adjustment` does in plan: by the residuals from the others of a target, or from the median.
   void reweight_targets() {
+    constexpr double negligible = 1e-6;
+    const double largest = tukey_constant * unit_sigma();
     for (std::size_t t = trees_; t + 1 < first_.size(); ++t) {
       const auto [height, count] = middle(t);
       if (count < 2) continue;
-      const auto [weighted, agreeing] = mean(t);
-      const double place = is_first_ || !(agreeing > 0) ? height : weighted;
-      double total = 0;
+      const auto [weighted, total] = mean(t);
+      double all = 0;
       for (std::size_t i = first_[t]; i < first_[t + 1]; ++i)
-        if (seen_[i].counts) total += precision(i);
+        if (seen_[i].counts) all += precision(i);
       for (std::size_t i = first_[t]; i < first_[t + 1]; ++i) {
         if (!seen_[i].counts) continue;
-        const double of_mean = total / (total - precision(i)), off = placed(i) - place;
-        const double largest = tukey_constant * unit_sigma();
-        const double square = off * off * of_mean * precision(i) * sigmas_.leniency(seen_[i].sigma);
+        const double own = weight(i), rest = (all - precision(i)) / all;
+        const bool has_others = !is_first_ && total - own > negligible * all;
+        const double off =
+            placed(i) - (has_others ? (total * weighted - own * placed(i)) / (total - own) : height);
+        const double square =
+            off * off * precision(i) * (has_others ? rest : 1 / rest) * sigmas_.leniency(seen_[i].sigma);
         agreement_[i] = tukey_weight(square / (largest * largest));
       }
     }

@@ -96,7 +96,8 @@ class tree_adjustment {
     for (int iteration = -steps; iteration < max_iterations; ++iteration) {
       poll_cancelled();
       place_all(poses);
-      reweight(iteration == -steps && !has_agreement_);
+      reweight_trees(iteration == -steps && !has_agreement_);
+      reweight_targets(iteration == -steps);
       fill(poses);
       if (unknowns_.count == 0) return true;
       if (!system_.factorize()) return false;
@@ -167,9 +168,7 @@ class tree_adjustment {
     return seen_[i].precision * share * share;
   }
   double weight(std::size_t i) const { return agreement_[i] * precision(i); }
-  double leniency(std::size_t i) const {
-    return i < first_[trees_] ? 1 : sigmas_.leniency(target_sigmas_[i - first_[trees_]]);
-  }
+  double leniency(std::size_t i) const { return sigmas_.leniency(target_sigmas_[i - first_[trees_]]); }
 
   /// Notes which observation each stem is, and which tree's.
   void index_stems(std::span<const prepared_stems> maps, const tree_observations& trees) {
@@ -219,9 +218,9 @@ class tree_adjustment {
 
   /// Agreement of observations follows the residuals, at first those from the median: one stem that is off
   /// would have the mean of three refuse all.
-  void reweight(bool first) {
+  void reweight_trees(bool first) {
     const double largest = sigma_ * tukey_constant;
-    for (std::size_t t = 0; t + 1 < first_.size(); ++t) {
+    for (std::size_t t = 0; t < trees_; ++t) {
       const std::size_t begin = first_[t], end = first_[t + 1];
       if (end - begin < 2) continue;
       const vec2 place = first ? median_place_of(t) : place_of(t);
@@ -230,7 +229,35 @@ class tree_adjustment {
       for (std::size_t i = begin; i < end; ++i) {
         const double of_mean = total / (total - precision(i));  // which is nearer to its stems than the tree
         const double square = (placed_[i] - place).squared_norm() * of_mean * precision(i);
-        agreement_[i] = tukey_weight(square * leniency(i) / (largest * largest));
+        agreement_[i] = tukey_weight(square / (largest * largest));
+      }
+    }
+  }
+
+  /// That of targets, of which there are few, follows the residuals from the others of each: from a mean that
+  /// holds the target itself those that have lost weight would seem further off. At first, and where the
+  /// others have no weight, from the median.
+  void reweight_targets(bool first) {
+    constexpr double negligible = 1e-6;
+    const double largest = sigma_ * tukey_constant;
+    for (std::size_t t = trees_; t + 1 < first_.size(); ++t) {
+      const std::size_t begin = first_[t], end = first_[t + 1];
+      if (end - begin < 2) continue;
+      const vec2 middle = median_place_of(t);
+      vec2 sum = vec2{};
+      double total = 0, all = 0;
+      for (std::size_t i = begin; i < end; ++i) {
+        sum += weight(i) * placed_[i];
+        total += weight(i);
+        all += precision(i);
+      }
+      for (std::size_t i = begin; i < end; ++i) {
+        const double own = weight(i), rest = (all - precision(i)) / all;
+        const bool has_others = !first && total - own > negligible * all;
+        const vec2 place = has_others ? (sum - own * placed_[i]) / (total - own) : middle;
+        const double square =
+            (placed_[i] - place).squared_norm() * precision(i) * (has_others ? rest : 1 / rest) * leniency(i);
+        agreement_[i] = tukey_weight(square / (largest * largest));
       }
     }
   }
