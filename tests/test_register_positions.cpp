@@ -1,5 +1,4 @@
 // Surveys with targets: what the steps composed do with them.
-#include "globalmatch/detail/verbs/register_positions.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -79,8 +79,9 @@ inline void require_valid(const std::vector<survey_options::target>& targets) {
     if (t.name.empty()) throw std::invalid_argument("targets: one has no name");
     if (!t.position.allFinite())
       throw std::invalid_argument("targets: the position of " + t.name + " is not finite");
-    if (!(t.sigma > 0) || t.sigma > std::numeric_limits<double>::max())
-      throw std::invalid_argument("targets: the standard deviation of " + t.name + " must be positive");
+    if (!(t.sigma >= 1e-6 && t.sigma <= 1e3))
+      throw std::invalid_argument("targets: the standard deviation of " + t.name +
+                                  " must lie between a micrometre and a kilometre");
     seen.emplace_back(t.scan, t.name);
   }
   std::sort(seen.begin(), seen.end());

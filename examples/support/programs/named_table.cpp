@@ -56,9 +56,8 @@ double named_row::sigma(const std::string& column, bool is_needed) const {
   return is_needed ? value : 1;
 }
 
-void named_row::fail(const std::string& problem) const {
-  throw file_error(file_, "line " + std::to_string(line_) + ": " + problem,
-                   "Write a number, or leave the field empty where nothing is known.");
+void named_row::fail(const std::string& problem, const std::string& remedy) const {
+  throw file_error(file_, "line " + std::to_string(line_) + ": " + problem, remedy);
 }
 
 std::vector<named_row> read_named_table(const fs::path& file, const std::vector<std::string>& columns) {
@@ -73,11 +72,12 @@ std::vector<named_row> read_named_table(const fs::path& file, const std::vector<
     std::map<std::string, std::string> by_name;
     for (std::size_t i = 0; i < std::min(cells.size(), names.size()); ++i) by_name[names[i]] = cells[i];
     const named_row row(file, number, std::move(by_name));
-    if (cells.size() > names.size()) row.fail("there are more fields than columns");
+    if (cells.size() > names.size())
+      row.fail("there are more fields than columns", "Separate fields by commas, decimals by a point.");
     if (!row.text(columns[0]).empty())
       rows.push_back(row);
     else if (std::any_of(cells.begin(), cells.end(), [](const auto& cell) { return !cell.empty(); }))
-      row.fail("the " + columns[0] + " has no name");
+      row.fail("the " + columns[0] + " has no name", "Name it as in poses.csv.");
   }
   return rows;
 }

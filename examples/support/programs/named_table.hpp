@@ -22,8 +22,10 @@ class named_row {
   double number(const std::string& column) const;
   /// The standard deviation of something, which is needed where that is known; else 1.
   double sigma(const std::string& column, bool is_needed) const;
-  /// Throws `file_error` for this line.
-  [[noreturn]] void fail(const std::string& problem) const;
+  /// Throws `file_error` for this line, with what helps.
+  [[noreturn]] void fail(const std::string& problem, const std::string& remedy =
+                                                         "Write a number, or leave the field empty where "
+                                                         "nothing is known.") const;
 
  private:
   std::filesystem::path file_;

@@ -39,7 +39,8 @@ std::vector<named_target> read_targets(const std::filesystem::path& file) {
     targets.push_back(target_of(row));
     const named_target& t = targets.back();
     if (!seen.emplace(t.scan, t.measured.name).second)
-      row.fail(t.scan + " has target " + t.measured.name + " twice");
+      row.fail(t.scan + " has target " + t.measured.name + " twice",
+               "Leave out the worse one, or give each point a name of its own.");
   }
   return targets;
 }
@@ -49,7 +50,7 @@ std::vector<survey_options::target> targets_of(const std::vector<named_target>& 
   std::vector<survey_options::target> known;
   std::set<std::string> unknown;
   for (const named_target& t : targets) {
-    if (const auto scan = work.index_of(t.scan)) {
+    if (const auto scan = work.index_of(t.scan); scan && scan != work.control) {
       known.push_back(t.measured);
       known.back().scan = *scan;
     } else {

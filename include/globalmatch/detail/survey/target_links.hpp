@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <vector>
@@ -56,8 +56,25 @@ inline std::vector<shared_target> agreeing_targets(std::span<const shared_target
   return {};
 }
 
-/// The link of two maps by targets that agree; nothing where these do not determine it, or do not fit.
-inline std::optional<survey_link> link_by(std::span<const shared_target> agreeing) {
+/// log10 of the sets of so many targets, of those in common, that are expected to agree as well where scans
+/// number targets of their own: by their distances in plan, of which two a target and one less than three in
+/// all are free.
+inline double log10_nfa_of(std::span<const shared_target> agreeing, std::size_t in_common) {
+  double largest = 0, variance = 0;
+  for (const shared_target& a : agreeing) {
+    variance = std::max(variance, a.variance);
+    for (const shared_target& b : agreeing)
+      largest = std::max(largest, (a.in_target.xy() - b.in_target.xy()).norm());
+  }
+  const auto chosen = double(agreeing.size()), all = double(in_common);
+  const double log_sets = std::lgamma(all + 1) - std::lgamma(chosen + 1) - std::lgamma(all - chosen + 1);
+  const double agrees = std::min(1.0, 2 * target_deviations * std::sqrt(2 * variance) / largest);
+  return log_sets / std::numbers::ln10 + (2 * chosen - 3) * std::log10(agrees);
+}
+
+/// The link of two maps by targets that agree, of those in common; nothing where these do not determine it,
+/// or do not fit.
+inline std::optional<survey_link> link_by(std::span<const shared_target> agreeing, std::size_t in_common) {
   constexpr double max_lean = 0.01, max_yaw_sigma = 0.02;  // [rad]
   std::vector<vec3> from, to;
   std::vector<double> weights;
@@ -94,13 +111,12 @@ inline std::optional<survey_link> link_by(std::span<const shared_target> agreein
   link.covariance =
       mat3::diagonal_of({1 / total, 1 / total, 1 / of_yaw + shared_yaw_sigma * shared_yaw_sigma});
   link.rms = std::sqrt(squares);
-  // That they have one name is no matter of chance.
-  link.log10_nfa = -std::numeric_limits<double>::infinity();
+  link.log10_nfa = log10_nfa_of(agreeing, in_common);
   return link;
 }
 
-/// The links of all pairs of maps that targets link, ordered by their maps. Two targets at distances that
-/// agree are enough; of three or more that agree but for some, less than half, these are left out.
+/// The links of all pairs of maps that targets link, ordered by their maps: of two targets or more at
+/// distances that agree; of three or more that agree but for some, less than half, these are left out.
 inline std::vector<survey_link> links_by_targets(const target_observations& targets) {
   std::vector<shared_target> shared;
   for (std::uint32_t t = 0; t < targets.size(); ++t)
@@ -117,7 +133,8 @@ inline std::vector<survey_link> links_by_targets(const target_observations& targ
   std::vector<survey_link> links;
   for (std::size_t begin = 0, end = 0; begin < shared.size(); begin = end) {
     while (end < shared.size() && shared[end].maps == shared[begin].maps) ++end;
-    if (auto link = link_by(agreeing_targets(std::span(shared).subspan(begin, end - begin))))
+    const std::size_t in_common = end - begin;
+    if (auto link = link_by(agreeing_targets(std::span(shared).subspan(begin, in_common)), in_common))
       links.push_back(std::move(*link));
   }
   return links;

@@ -285,7 +285,10 @@ inline void adjust_in_height(survey& s, std::span<const refined_pair> refined,
       differences.push_back(levelled_pairs[i].height);
       connected.join(differences.back().source, differences.back().target);
     }
+  std::vector<std::uint8_t> has_pair(s.scans.size());
+  for (const measured_difference& d : differences) has_pair[d.source] = has_pair[d.target] = true;
   for (const measured_difference& d : heights_by_targets(s, levelled)) {
+    if (!has_pair[d.source] || !has_pair[d.target]) continue;  // its height is that of trees
     differences.push_back(d);
     connected.join(d.source, d.target);
   }

@@ -216,7 +216,7 @@ inline void describe_links(survey& result, const local_survey& s) {
     link.target_from_source = to_eigen(s.maps[l.target].stems.frame.local_from_scan().inverse() *
                                        in_space(l.target_from_source, raise_of(s.maps, l)) *
                                        s.maps[l.source].stems.frame.local_from_scan());
-    link.log10_nfa = l.is_of_targets() ? std::numeric_limits<double>::quiet_NaN() : l.log10_nfa;
+    link.log10_nfa = l.log10_nfa;
     link.correspondences = l.correspondences.size();
     link.targets = l.targets.size();
     link.inlier_threshold = l.inlier_threshold;

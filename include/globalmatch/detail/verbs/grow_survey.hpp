@@ -62,13 +62,14 @@ GLOBALMATCH_INLINE std::shared_ptr<kept_survey> make_kept_survey(std::vector<pos
 }
 
 /// Turns the last map upright if it leans against most, and forgets its heights if these slope; false where
-/// neither is so. `tilts`: of the links of the survey before; those of the map are added.
+/// neither is so. `tilts`: of the first links of the survey; those of the others are added.
 inline bool level_last(prepared_stems& map, const local_survey& s,
                        std::span<const survey_options::level> levels,
                        std::vector<std::optional<relative_tilt>>& tilts) {
   for (std::size_t l = tilts.size(); l < s.links.size(); ++l) {
     tilts.emplace_back();
-    if (s.links[l].used) tilts[l] = tilt_of_link(s.maps, s.links[l], s.adjusted.poses[s.links[l].target]);
+    if (s.links[l].used && !s.links[l].is_of_targets())
+      tilts[l] = tilt_of_link(s.maps, s.links[l], s.adjusted.poses[s.links[l].target]);
   }
   const std::vector<vec2> leans = find_tilts(s.links, tilts, s.placed.parts.of, levels);
   const std::vector<std::uint8_t> sloping = find_sloping(s.links, tilts, s.maps.size());
@@ -76,8 +77,8 @@ inline bool level_last(prepared_stems& map, const local_survey& s,
 }
 
 /// The solution with the last map: by its links alone where these contradict nothing, else with all links
-/// solved again; so are few maps, which takes no longer, and such with targets.
-inline survey_solution solve_last(const kept_survey& kept, const execution& exec) {
+/// solved `anew`; so are few maps, which takes no longer, and such with targets.
+inline survey_solution solve_last(const kept_survey& kept, bool& anew, const execution& exec) {
   constexpr std::size_t few = 50;  // maps
   survey_solution s;
   s.links = kept.solution.links;
@@ -94,6 +95,7 @@ inline survey_solution solve_last(const kept_survey& kept, const execution& exec
     s.distances = kept.solution.distances;
     s.distances.push_back(std::numeric_limits<double>::quiet_NaN());
   } else {
+    anew = true;
     solve_all(kept.maps, kept.options, s);
     hold_known(kept.options, s);
   }
@@ -107,8 +109,10 @@ inline void solve_with_last(kept_survey& kept, survey& result, const execution& 
   std::vector<std::optional<relative_tilt>> tilts;
   for (int levelling = 0;; ++levelling) {
     kept.index->set_further(kept.maps);
-    next = solve_last(kept, exec);
-    tilts = kept.tilts;
+    bool anew = false;
+    next = solve_last(kept, anew, exec);
+    const local_survey& solved = next.solved;
+    tilts = anew ? tilts_of_links(kept.maps, solved.links, solved.adjusted.poses, exec) : kept.tilts;
     if (levelling == max_levellings || !level_last(kept.maps.back(), next.solved, kept.options.levels, tilts))
       break;
   }

@@ -148,8 +148,9 @@ inline void fit_last_to_trees(local_survey& s, std::span<const double> deviation
     agreement.assign(tree_of.size(), 1);
     if (!adjustment.adjust(poses)) continue;
     adjusted.poses = std::move(poses);
+    const std::vector<double> of_common = adjustment.agreement();
     for (std::size_t t = 0; t < common.size(); ++t)
-      agreement[common.of(t).back().stem] = adjustment.agreement()[common.first[t + 1] - 1];
+      agreement[common.of(t).back().stem] = of_common[common.first[t + 1] - 1];
   }
   adjusted.trees = with_further_map(adjusted.trees, last, tree_of, agreement, adjusted.agreement);
 }
@@ -188,8 +189,7 @@ inline std::optional<local_survey> with_last_map(const local_survey& solved,
     const std::vector<double> deviations = deviations_by_links(maps, s.links);
     if (s.members[s.placed.parts.of.back()].size() > 1) fit_last_to_trees(s, deviations);
     if (!adjust_from_poses(s, deviations, known)) return std::nullopt;
-    for (const std::size_t l : unconfirmed_links(s.links, maps, s.adjusted))
-      if (std::binary_search(since->begin(), since->end(), l)) return std::nullopt;
+    if (!unconfirmed_links(s.links, maps, s.adjusted).empty()) return std::nullopt;
   }
   s.heights = find_heights(maps, s.adjusted.trees, used, s.members, known, {}, &solved.heights);
   return s;
