@@ -1,5 +1,6 @@
 #include "globalmatch/detail/survey/target_links.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -83,6 +84,47 @@ TEST_CASE("of three or four targets one that is wrong is left out, of two none c
         CHECK((l.target_from_source * vec2{3, 3} - target_from_source * vec2{3, 3}).norm() < 0.02);
       }
     }
+}
+
+TEST_CASE("unrelated targets link no more maps than the NFA of the links says") {
+  constexpr int trials = 20'000;
+  for (const std::size_t in_common : {2u, 3u}) {
+    std::size_t linked = 0, significant = 0;
+    double expected = 0;
+    random_source random(11);
+    for (int trial = 0; trial < trials; ++trial) {
+      target_observations targets;
+      std::uint32_t given = 0;
+      for (std::size_t t = 0; t < in_common; ++t) {
+        for (const std::uint32_t map : {0u, 1u})
+          targets.seen.push_back({map,
+                                  {uniform(random, -15, 15), uniform(random, -15, 15), uniform(random, 0, 2)},
+                                  0.02,
+                                  given++});
+        targets.first.push_back(targets.seen.size());
+      }
+      for (const survey_link& l : links_by_targets(targets)) {
+        ++linked;
+        significant += l.log10_nfa <= -2;
+        expected = std::max(expected, std::pow(10, l.log10_nfa));
+      }
+    }
+    CAPTURE(in_common, linked, significant, expected);
+    CHECK(linked > 0);
+    CHECK(double(significant) <= 0.01 * trials);
+    CHECK(double(linked) < expected * trials);
+  }
+}
+
+TEST_CASE("three targets are significant alone, two are not among many maps") {
+  random_source random(12);
+  const auto log10_nfa_of_targets = [&](std::size_t count) {
+    const std::vector<vec3> places(four_places.begin(), four_places.begin() + std::ptrdiff_t(count));
+    return links_by_targets(seen_by_two(places, sigma, random)).at(0).log10_nfa;
+  };
+  CHECK(log10_nfa_of_targets(2) > -3);
+  CHECK(log10_nfa_of_targets(3) < -6);
+  CHECK(log10_nfa_of_targets(4) < -10);
 }
 
 TEST_CASE("two pairs of targets that contradict each other link no maps") {

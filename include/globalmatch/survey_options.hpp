@@ -68,7 +68,8 @@ struct survey_options {
   /// The vertical of what links compare with these is their mean, weighted, however many scans lean against
   /// it. One of them is the reference of its component, unless that is given or has fixed scans.
   std::vector<survey_options::level> levels = {};
-  /// Measurements of the adjustment beside the stems. Scans that have two in common are linked by them.
+  /// Measurements of the adjustment beside the stems. Scans that have three in common are linked by them, or
+  /// two that a cycle supports.
   std::vector<survey_options::target> targets = {};
 };
 
