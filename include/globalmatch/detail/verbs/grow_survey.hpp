@@ -77,8 +77,8 @@ inline bool level_last(prepared_stems& map, const local_survey& s,
 }
 
 /// The solution with the last map: by its links alone where these contradict nothing, else with all links
-/// solved `anew`; so are few maps, which takes no longer, and such with targets.
-inline survey_solution solve_last(const kept_survey& kept, bool& anew, const execution& exec) {
+/// solved again; so are few maps, which takes no longer, and such with targets.
+inline survey_solution solve_last(const kept_survey& kept, bool& is_solved_again, const execution& exec) {
   constexpr std::size_t few = 50;  // maps
   survey_solution s;
   s.links = kept.solution.links;
@@ -95,7 +95,7 @@ inline survey_solution solve_last(const kept_survey& kept, bool& anew, const exe
     s.distances = kept.solution.distances;
     s.distances.push_back(std::numeric_limits<double>::quiet_NaN());
   } else {
-    anew = true;
+    is_solved_again = true;
     solve_all(kept.maps, kept.options, s);
     hold_known(kept.options, s);
   }
@@ -109,10 +109,11 @@ inline void solve_with_last(kept_survey& kept, survey& result, const execution& 
   std::vector<std::optional<relative_tilt>> tilts;
   for (int levelling = 0;; ++levelling) {
     kept.index->set_further(kept.maps);
-    bool anew = false;
-    next = solve_last(kept, anew, exec);
+    bool is_solved_again = false;
+    next = solve_last(kept, is_solved_again, exec);
     const local_survey& solved = next.solved;
-    tilts = anew ? tilts_of_links(kept.maps, solved.links, solved.adjusted.poses, exec) : kept.tilts;
+    tilts =
+        is_solved_again ? tilts_of_links(kept.maps, solved.links, solved.adjusted.poses, exec) : kept.tilts;
     if (levelling == max_levellings || !level_last(kept.maps.back(), next.solved, kept.options.levels, tilts))
       break;
   }
