@@ -185,18 +185,34 @@ TEST_CASE("a map of two places is ambiguous, and displaces no other") {
   }
 }
 
-TEST_CASE("a map that leans is turned upright when it is added") {
+/// Three targets, as all scans of a survey would show them.
+std::vector<survey_options::target> targets_seen_by_all(const survey& placed) {
+  std::vector<survey_options::target> targets;
+  for (std::size_t m = 0; m < placed.scans.size(); ++m)
+    for (int t = 0; t < 3; ++t)
+      targets.push_back({m, "T" + std::to_string(t),
+                         placed.scans[m].survey_from_scan.inverse() *
+                             Eigen::Vector3d(20.0 + 30 * t, 30.0 + 10 * (t % 2), 2)});
+  return targets;
+}
+
+TEST_CASE("a map that leans is turned upright when it is added, with targets and without") {
   random_source random(6);
   const auto maps = maps_of_forest(170, 170, random);
   const std::size_t last = maps.size() / 2;
   std::vector<positions> others = maps;
   others.erase(others.begin() + std::ptrdiff_t(last));
   const Eigen::Isometry3d tilt(Eigen::AngleAxisd(0.05, Eigen::Vector3d(1, 2, 0).normalized()));
-  growing_survey level(others), leaning(others);
-  const Eigen::Isometry3d expected = level.add(maps[last]).survey_from_scan * tilt.inverse();
-  const survey::scan& added = leaning.add(scenes::moved(tilt, maps[last]));
-  REQUIRE(added.status == status::placed);
-  CHECK(added.survey_from_scan.linear().isApprox(expected.linear(), 0.005));
+  for (const bool has_targets : {false, true}) {
+    CAPTURE(has_targets);
+    survey_options options;
+    if (has_targets) options.targets = targets_seen_by_all(register_survey(others));
+    growing_survey level(others, options), leaning(others, options);
+    const Eigen::Isometry3d expected = level.add(maps[last]).survey_from_scan * tilt.inverse();
+    const survey::scan& added = leaning.add(scenes::moved(tilt, maps[last]));
+    REQUIRE(added.status == status::placed);
+    CHECK(added.survey_from_scan.linear().isApprox(expected.linear(), 0.005));
+  }
 }
 
 TEST_CASE("a survey that grows has the same bits for any number of threads") {
