@@ -1,6 +1,6 @@
 // Surveys of made-up stations: what they cost, how many maps are placed, how many wrongly, how far stations
 // are from the truth, beside full least squares with the true associations; with links made wrong on purpose.
-#include <globalmatch/detail/verbs/register_positions.hpp>
+#include <globalmatch/detail/verbs/solve_maps.hpp>
 #include <globalmatch/survey.hpp>
 
 #include "added_maps.hpp"
@@ -121,7 +121,8 @@ survey_run run_survey(const std::vector<surveyed_map>& maps, const parameters& g
     keep_best_of_pairs(links);
     use_supported_links(links, maps.size(), max_log10_nfa);
   }
-  run.local = solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max(), max_log10_nfa);
+  run.local =
+      solve_links(run.maps, std::move(links), std::numeric_limits<std::size_t>::max(), {}, max_log10_nfa);
   report_progress(exec, "verticals", 0);
   const auto verticals = tilts_of_links(run.maps, run.local.links, run.local.adjusted.poses, exec);
   run.tilted =

@@ -20,7 +20,7 @@
 #include "globalmatch/detail/survey/survey_link.hpp"
 #include "globalmatch/detail/verbs/describe_survey.hpp"
 #include "globalmatch/detail/verbs/place_further_map.hpp"
-#include "globalmatch/detail/verbs/register_positions.hpp"
+#include "globalmatch/detail/verbs/solve_maps.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/positions.hpp"
 #include "globalmatch/survey_options.hpp"
