@@ -94,7 +94,13 @@ inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::
   return s;
 }
 
-/// The same, and again with maps that their links alone do not place, but the trees of all others do.
+inline std::size_t maps_alone(const local_survey& s) {
+  return std::size_t(
+      std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; }));
+}
+
+/// The same, and again with maps that their links alone do not place, but the trees of all others do; unless
+/// others lose their places by that.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                 const known_poses& known, const target_observations& targets,
                                 double max_log10_nfa) {
@@ -104,8 +110,10 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
   const std::vector<std::size_t> decided =
       decide_places(maps, s.links, s.placed, s.adjusted, *main, max_log10_nfa);
   if (decided.empty()) return s;
-  for (const std::size_t l : decided) s.links[l].used = true;
-  local_survey again = solve_used_links(maps, std::move(s.links), known, targets);
+  std::vector<survey_link> with_decided = s.links;
+  for (const std::size_t l : decided) with_decided[l].used = true;
+  local_survey again = solve_used_links(maps, std::move(with_decided), known, targets);
+  if (maps_alone(again) >= maps_alone(s)) return s;
   for (std::size_t m = 0; m < maps.size(); ++m) again.placed.ambiguous[m] |= s.placed.ambiguous[m];
   again.placed.tried = std::move(s.placed.tried);
   return again;
@@ -150,12 +158,9 @@ inline local_survey hold_known_poses(local_survey&& solved, const std::vector<su
                                      double max_log10_nfa, std::vector<double>& distances) {
   const known_pose_comparison compare(solved.maps, solved.adjusted, solved.heights, known);
   if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
-  const auto count_alone = [](const local_survey& s) {
-    return std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; });
-  };
   local_survey held =
       solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
-  if (count_alone(held) <= count_alone(solved)) return held;
+  if (maps_alone(held) <= maps_alone(solved)) return held;
   known.release_all();
   return solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
 }
