@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "globalmatch/detail/core/wrapped_grid.hpp"
+
 namespace globalmatch::detail {
 
 /// Cells are lists in a hash table. Where all points are known beforehand a `wrapped_grid` is faster.
@@ -78,11 +80,6 @@ class growing_grid {
     std::uint64_t hash = 0;
     for (const std::int64_t index : c) hash = (hash + std::uint64_t(index)) * 0x9e3779b97f4a7c15u;
     return std::size_t(hash >> 32) & (heads_.size() - 1);
-  }
-  static bool is_near(const point& p, const point& center, T search_radius) {
-    bool near = true;
-    for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= search_radius;
-    return near;
   }
   void link(std::uint32_t i) {
     std::uint32_t& head = heads_[bucket(cell_of(items_[i].at))];

@@ -15,6 +15,14 @@
 
 namespace globalmatch::detail {
 
+/// Whether a point is within `radius` of `center` in every coordinate.
+template <class T, std::size_t Dimension>
+bool is_near(const std::array<T, Dimension>& p, const std::array<T, Dimension>& center, T radius) {
+  bool near = true;
+  for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= radius;
+  return near;
+}
+
 /// Immutable; safe to query from several threads. A query looks at the points of the box's cells and at those
 /// that far away places have wrapped onto them.
 template <class T, std::size_t Dimension, class Label = std::uint32_t>
@@ -144,12 +152,6 @@ class wrapped_grid {
     std::int64_t b = 0;
     for (std::size_t d = Dimension; d-- > 0;) b = (b << bits_) | (c[d] & mask);
     return static_cast<std::uint32_t>(b);
-  }
-
-  static bool is_near(const point& p, const point& center, T search_radius) {
-    bool near = true;
-    for (std::size_t d = 0; d < Dimension; ++d) near &= std::abs(p[d] - center[d]) <= search_radius;
-    return near;
   }
 
   T per_unit_ = 1;
