@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_decide_places {
 
 using namespace detail;
 
@@ -76,7 +76,27 @@ TEST_CASE("links that are all wrong decide nothing, nor do those of a map from e
   }
 }
 
-TEST_CASE("maps without links, and all maps where none stands alone, are left as they are") {
+TEST_CASE("maps that hang together apart from the others are each decided by the trees of these") {
+  constexpr std::uint32_t beside = 5;
+  grid_without_middle s(11);
+  s.placed.parts.of[beside] = 1;
+  const auto is_apart = [&](std::uint32_t m) { return s.placed.parts.of[m] == 1; };
+  std::vector<std::size_t> expected;
+  for (std::size_t i = 0; i < s.links.size(); ++i) {
+    survey_link& l = s.links[i];
+    l.used = is_apart(l.source) == is_apart(l.target);
+    if (!l.used) expected.push_back(i);
+  }
+  std::vector<std::uint32_t> others = all_of(9);
+  std::erase_if(others, is_apart);
+  const adjusted_survey adjusted = adjust_to_trees(s.grid.maps, s.placed, s.links, {others, {alone, beside}});
+  std::vector<std::size_t> decided =
+      decide_places(s.grid.maps, s.links, s.placed, adjusted, 0, max_of_link);
+  std::sort(decided.begin(), decided.end());
+  CHECK(decided == expected);
+}
+
+TEST_CASE("maps without links, and all maps where none is apart, are left as they are") {
   grid_without_middle s(3);
   std::erase_if(s.links, grid_without_middle::of_alone);
   CHECK(s.decided().empty());
@@ -126,4 +146,4 @@ TEST_CASE("a map that fits two places about as well stays undecided") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_decide_places

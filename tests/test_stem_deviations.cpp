@@ -8,7 +8,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_deviations {
 
 using namespace detail;
 
@@ -59,6 +59,19 @@ TEST_CASE("maps that differ only by chance have one deviation") {
   CHECK(std::count(found.begin(), found.end(), found[0]) >= 9);
 }
 
+TEST_CASE("a link that no cycle supports says nothing of maps that others tell of") {
+  const std::vector<double> truth = {0.02, 0.02, 0.02, 0.3};
+  std::vector<link_variance> links;
+  for (std::uint32_t t = 0; t < 3; ++t)
+    for (std::uint32_t s = t + 1; s < 3; ++s) links.push_back(link_of(s, t, truth));
+  links.push_back({2, 0, 100, 50, false});
+  links.push_back(link_of(3, 1, truth));
+  links.back().is_supported = false;
+  const std::vector<double> found = deviations_of_maps(links, 4);
+  for (std::size_t m = 0; m < 3; ++m) CHECK(found[m] == Approx(truth[m]).epsilon(0.01));
+  CHECK(found[3] == Approx(truth[3]).epsilon(0.1));
+}
+
 TEST_CASE("stems that are off by much more do not make a map inexact") {
   random_source random(2);
   std::vector<prepared_stems> maps(2);
@@ -97,4 +110,4 @@ TEST_CASE("noise of both maps gives the deviation of each, whatever the transfor
     CHECK(found == Approx(0.02).epsilon(0.05));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_deviations

@@ -1,5 +1,6 @@
-// Maps that their links place at several places: decided by the trees of all maps that were placed, where
-// these distinguish the places. In: a solved survey. Out: links that are used, of those maps.
+// Maps that links do not join to the main component, or place at several places in it: decided by the trees of
+// all its maps, where these distinguish the places. In: a solved survey. Out: links that are used, of those
+// maps.
 #pragma once
 
 #include <algorithm>
@@ -96,20 +97,19 @@ inline double score_place(const prepared_stems& map, const plan_pose& pose, cons
   return is_there ? h->log10_nfa : 0;
 }
 
-/// Links of maps that stand alone, by which their stems fit the trees of the component `part`: significantly,
-/// and at no other place that links propose half as well. `max_log10_nfa`: that of a link. Cost: that of a
+/// Links of maps outside the component `part` by which their stems fit its trees: significantly, and at no
+/// other place that links propose half as well. `max_log10_nfa`: that of a link. Cost: that of a
 /// link for each link of such a map.
 inline std::vector<std::size_t> decide_places(std::span<const prepared_stems> maps,
                                               std::span<const survey_link> links, const placed_maps& placed,
                                               const adjusted_survey& adjusted, std::uint32_t part,
                                               double max_log10_nfa) {
-  std::vector<std::size_t> decided, members(placed.parts.count());
-  for (const std::uint32_t p : placed.parts.of) ++members[p];
+  std::vector<std::size_t> decided;
   const link_graph graph(maps.size(), links, [](const survey_link&) { return true; });
   const tree_map trees(adjusted, maps, placed.parts, part);
   const auto leads_there = [&](const link_graph::edge& e) { return placed.parts.of[e.neighbor] == part; };
   for (std::uint32_t m = 0; m < maps.size(); ++m) {
-    if (members[placed.parts.of[m]] > 1 || graph.of(m).empty()) continue;
+    if (placed.parts.of[m] == part || graph.of(m).empty()) continue;
     poll_cancelled();
     const auto place_by = [&](const link_graph::edge& e) {
       const survey_link& l = graph.link(e);

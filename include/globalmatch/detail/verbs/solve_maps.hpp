@@ -67,7 +67,7 @@ inline known_poses known_poses_of(const survey_options& options, std::span<const
 /// without the links that these do not confirm.
 inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                      const known_poses& known, const target_observations& targets) {
-  constexpr int restoring = 4, max_repetitions = 24;
+  constexpr int restoring = 12, max_repetitions = 24;
   local_survey s;
   s.maps = maps;
   s.links = std::move(links);
@@ -94,29 +94,28 @@ inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::
   return s;
 }
 
-inline std::size_t maps_alone(const local_survey& s) {
-  return std::size_t(
-      std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; }));
-}
-
-/// The same, and again with maps that their links alone do not place, but the trees of all others do; unless
-/// others lose their places by that.
+/// The same, and again with links of maps outside the main component that its trees decide, as long as that
+/// joins components.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                 const known_poses& known, const target_observations& targets,
                                 double max_log10_nfa) {
+  constexpr int max_repetitions = 3;
   local_survey s = solve_used_links(maps, std::move(links), known, targets);
-  const auto main = main_component(s);
-  if (!main) return s;
-  const std::vector<std::size_t> decided =
-      decide_places(maps, s.links, s.placed, s.adjusted, *main, max_log10_nfa);
-  if (decided.empty()) return s;
-  std::vector<survey_link> with_decided = s.links;
-  for (const std::size_t l : decided) with_decided[l].used = true;
-  local_survey again = solve_used_links(maps, std::move(with_decided), known, targets);
-  if (maps_alone(again) >= maps_alone(s)) return s;
-  for (std::size_t m = 0; m < maps.size(); ++m) again.placed.ambiguous[m] |= s.placed.ambiguous[m];
-  again.placed.tried = std::move(s.placed.tried);
-  return again;
+  for (int repetition = 0; repetition < max_repetitions; ++repetition) {
+    const auto main = main_component(s);
+    if (!main) return s;
+    const std::vector<std::size_t> decided =
+        decide_places(maps, s.links, s.placed, s.adjusted, *main, max_log10_nfa);
+    if (decided.empty()) return s;
+    std::vector<survey_link> with_decided = s.links;
+    for (const std::size_t l : decided) with_decided[l].used = true;
+    local_survey joined = solve_used_links(maps, std::move(with_decided), known, targets);
+    if (joined.members.size() >= s.members.size()) return s;
+    for (std::size_t m = 0; m < maps.size(); ++m) joined.placed.ambiguous[m] |= s.placed.ambiguous[m];
+    joined.placed.tried = std::move(s.placed.tried);
+    s = std::move(joined);
+  }
+  return s;
 }
 
 /// Adds links by targets, beside those by stems, which may have more support then.
@@ -160,7 +159,7 @@ inline local_survey hold_known_poses(local_survey&& solved, const std::vector<su
   if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
   local_survey held =
       solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
-  if (maps_alone(held) <= maps_alone(solved)) return held;
+  if (held.members.size() <= solved.members.size()) return held;
   known.release_all();
   return solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
 }
