@@ -8,12 +8,12 @@
 namespace globalmatch::support {
 
 namespace {
-constexpr std::size_t block_size = 1 << 20;
-constexpr std::size_t longest_line = block_size;
+constexpr std::size_t bytes_at_once = 1 << 20;
+constexpr std::size_t longest_line = bytes_at_once;
 }  // namespace
 
 input_file::input_file(std::filesystem::path path) : file_(std::move(path)), unread_(file_.size()) {
-  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(block_size, unread_)));
+  buffer_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(bytes_at_once, unread_)));
   if (peek(3) == "\xEF\xBB\xBF") skip(3);
   if (peek(2) == "\xFF\xFE" || peek(2) == "\xFE\xFF") decode_utf16(peek(1) == "\xFE");
 }

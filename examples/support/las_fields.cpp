@@ -6,6 +6,8 @@
 #include <cstring>
 #include <utility>
 
+#include "support/las_header.hpp"
+
 namespace globalmatch::support {
 
 namespace {
@@ -54,23 +56,18 @@ std::vector<record_field> fields_of_long_records() {
           {{"gps_time", scalar::float64}, 22}};
 }
 
-template <class T>
-T at(std::string_view bytes, std::size_t offset) {
-  return load<T>(bytes.data() + offset, std::endian::little);
-}
-
 // Attributes of one description: a number, some, or some bytes.
 void add_fields(std::string_view description, std::size_t begin, std::vector<record_field>& fields) {
-  const unsigned type = at<std::uint8_t>(description, at_type),
-                 options = at<std::uint8_t>(description, at_options);
+  const unsigned type = number_at<std::uint8_t>(description, at_type),
+                 options = number_at<std::uint8_t>(description, at_options);
   const std::string_view padded = description.substr(at_name, name_size);
   const std::string name(padded.substr(0, padded.find('\0')));
   const bool is_known = type > 0 && type <= 3 * number_of_types;
   const std::size_t count = is_known ? 1 + (type - 1) / number_of_types : options;
   for (std::size_t i = 0; i < count; ++i) {
     attribute what{name, is_known ? extra_types[(type - 1) % number_of_types] : scalar::uint8};
-    if (is_known && options & has_scale) what.scale = at<double>(description, at_scale + 8 * i);
-    if (is_known && options & has_offset) what.offset = at<double>(description, at_offset + 8 * i);
+    if (is_known && options & has_scale) what.scale = number_at<double>(description, at_scale + 8 * i);
+    if (is_known && options & has_offset) what.offset = number_at<double>(description, at_offset + 8 * i);
     if (what.scale == 0) what.scale = 1;
     if (count > 1) what.name += '[' + std::to_string(i) + ']';
     fields.push_back({what, begin + i * size_of(what.type)});

@@ -2,27 +2,19 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <string_view>
 
 #include "support/las_fields.hpp"
-#include "support/scalars.hpp"
 
 namespace globalmatch::support {
 
 namespace {
 
-constexpr std::size_t first_header_size = 227;  // version 1.0; later ones append
-constexpr std::size_t header_size_1_4 = 375;
 constexpr std::size_t record_header_size = 54;
 
-template <class T>
-T at(std::string_view bytes, std::size_t offset) {
-  return load<T>(bytes.data() + offset, std::endian::little);
-}
-
 Eigen::Vector3d vector_at(std::string_view bytes, std::size_t offset) {
-  return {at<double>(bytes, offset), at<double>(bytes, offset + 8), at<double>(bytes, offset + 16)};
+  return {number_at<double>(bytes, offset), number_at<double>(bytes, offset + 8),
+          number_at<double>(bytes, offset + 16)};
 }
 
 std::string_view text_at(std::string_view bytes, std::size_t offset, std::size_t size) {
@@ -36,39 +28,39 @@ std::string read_text(const file_bytes& file, std::uint64_t offset, std::size_t 
   return bytes;
 }
 
-las_header parse_header(std::string_view bytes) {
+las_header parse_las_header(std::string_view bytes) {
   las_header header;
-  header.encoding = at<std::uint16_t>(bytes, 6);
-  header.minor_version = at<std::uint8_t>(bytes, 25);
-  header.size = at<std::uint16_t>(bytes, 94);
-  header.points_at = at<std::uint32_t>(bytes, 96);
-  header.variable_records = at<std::uint32_t>(bytes, 100);
-  const unsigned format = at<std::uint8_t>(bytes, 104);
+  header.encoding = number_at<std::uint16_t>(bytes, 6);
+  header.minor_version = number_at<std::uint8_t>(bytes, 25);
+  header.size = number_at<std::uint16_t>(bytes, 94);
+  header.points_at = number_at<std::uint32_t>(bytes, 96);
+  header.variable_records = number_at<std::uint32_t>(bytes, 100);
+  const unsigned format = number_at<std::uint8_t>(bytes, 104);
   header.format = format & 0x3Fu;
   header.has_compressed_bits = (format & 0xC0u) != 0;
-  header.record_size = at<std::uint16_t>(bytes, 105);
-  header.count = at<std::uint32_t>(bytes, 107);
+  header.record_size = number_at<std::uint16_t>(bytes, 105);
+  header.count = number_at<std::uint32_t>(bytes, 107);
   header.scale = vector_at(bytes, 131);
   header.offset = vector_at(bytes, 155);
   // Version 1.4 counts in 64 bits; files of 1.0 to 1.3 have points or other records there.
-  if (header.size >= header_size_1_4 && bytes.size() >= header_size_1_4) {
-    header.count = std::max(header.count, at<std::uint64_t>(bytes, 247));
-    if (at<std::uint32_t>(bytes, 243) > 0) header.extended_at = at<std::uint64_t>(bytes, 235);
+  if (header.size >= las_header_size_1_4 && bytes.size() >= las_header_size_1_4) {
+    header.count = std::max(header.count, number_at<std::uint64_t>(bytes, 247));
+    if (number_at<std::uint32_t>(bytes, 243) > 0) header.extended_at = number_at<std::uint64_t>(bytes, 235);
   }
   return header;
 }
 
 laszip_record parse_laszip(const file_bytes& file, std::string_view bytes) {
   constexpr std::size_t fixed_size = 34, item_size = 6;
-  const std::size_t items = bytes.size() < fixed_size ? 0 : at<std::uint16_t>(bytes, 32);
+  const std::size_t items = bytes.size() < fixed_size ? 0 : number_at<std::uint16_t>(bytes, 32);
   if (items == 0 || bytes.size() < fixed_size + item_size * items)
     file.fail("has a damaged LASzip record", "Copy or export the scan again");
   laszip_record record;
-  record.compressor = at<std::uint16_t>(bytes, 0);
-  record.chunk_size = at<std::uint32_t>(bytes, 12);
+  record.compressor = number_at<std::uint16_t>(bytes, 0);
+  record.chunk_size = number_at<std::uint32_t>(bytes, 12);
   for (std::size_t i = fixed_size; i < fixed_size + item_size * items; i += item_size)
-    record.items.push_back(
-        {at<std::uint16_t>(bytes, i), at<std::uint16_t>(bytes, i + 2), at<std::uint16_t>(bytes, i + 4)});
+    record.items.push_back({number_at<std::uint16_t>(bytes, i), number_at<std::uint16_t>(bytes, i + 2),
+                            number_at<std::uint16_t>(bytes, i + 4)});
   return record;
 }
 
@@ -83,13 +75,13 @@ std::vector<std::string> names_of_extra_bytes(std::string_view bytes) {
 
 las_header read_las_header(const file_bytes& file) {
   const std::string bytes =
-      read_text(file, 0, static_cast<std::size_t>(std::min<std::uint64_t>(file.size(), header_size_1_4)));
-  if (bytes.size() < first_header_size) file.fail_truncated();
-  const las_header header = parse_header(bytes);
+      read_text(file, 0, static_cast<std::size_t>(std::min<std::uint64_t>(file.size(), las_header_size_1_4)));
+  if (bytes.size() < las_header_size_1_2) file.fail_truncated();
+  const las_header header = parse_las_header(bytes);
   constexpr std::size_t shortest_record = 20;
   const bool scaled =
       header.scale.allFinite() && header.offset.allFinite() && (header.scale.array() != 0).all();
-  if (header.size < first_header_size || header.points_at < header.size || !scaled ||
+  if (header.size < las_header_size_1_2 || header.points_at < header.size || !scaled ||
       header.record_size < shortest_record)
     file.fail("has a damaged LAS header", "Copy or export the scan again");
   if (header.points_at > file.size()) file.fail_truncated();
@@ -104,8 +96,8 @@ las_records read_las_records(const file_bytes& file, const las_header& header) {
     if (header.points_at - offset < record_header_size) break;
     const std::string start = read_text(file, offset, record_header_size);
     const std::string_view user = text_at(start, 2, 16);
-    const auto number = at<std::uint16_t>(start, 18);
-    const std::size_t size = at<std::uint16_t>(start, 20);
+    const auto number = number_at<std::uint16_t>(start, 18);
+    const std::size_t size = number_at<std::uint16_t>(start, 20);
     offset += record_header_size;
     if (size > header.points_at - offset) break;
     const auto content = [&] { return read_text(file, offset, size); };

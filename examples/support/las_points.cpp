@@ -5,19 +5,14 @@
 
 namespace globalmatch::support {
 
-namespace {
-
-constexpr std::size_t block_size = point_source::block_size;
-
-}  // namespace
-
 point_scaling::point_scaling(const Eigen::Vector3d& scale, const Eigen::Vector3d& offset, bool keep_marked,
                              std::size_t size)
     : scale_(scale),
       offset_(offset),
       keep_marked_(keep_marked),
       size_(size),
-      is_counted_(std::make_unique<std::atomic<bool>[]>(size / block_size + (size % block_size > 0))) {}
+      is_counted_(std::make_unique<std::atomic<bool>[]>((size + point_source::block_size - 1) /
+                                                        point_source::block_size)) {}
 
 void point_scaling::scale(std::size_t first, std::span<const raw_point> raw,
                           std::span<const point_mark> marks, std::span<Eigen::Vector3d> points) {
@@ -32,6 +27,7 @@ void point_scaling::scale(std::size_t first, std::span<const raw_point> raw,
 }
 
 void point_scaling::count(std::size_t first, std::span<const point_mark> marks) {
+  constexpr std::size_t block_size = point_source::block_size;
   for (std::size_t block = (first + block_size - 1) / block_size; block * block_size < size_; ++block) {
     const std::size_t begin = block * block_size;
     const std::size_t size = std::min(block_size, size_ - begin);

@@ -18,7 +18,6 @@ namespace {
 
 using laz::put_little;
 
-constexpr std::size_t header_size_1_2 = 227, header_size_1_4 = 375;
 constexpr unsigned compressed_bit = 0x80;  // of the format
 
 // A record between the header and the points.
@@ -75,7 +74,7 @@ std::string las_writer::variable_records() const {
 
 std::string las_writer::header() const {
   const bool is_1_4 = layout_.minor_version >= 4;
-  std::string header(is_1_4 ? header_size_1_4 : header_size_1_2, '\0');
+  std::string header(is_1_4 ? las_header_size_1_4 : las_header_size_1_2, '\0');
   char* bytes = header.data();
   std::string_view("LASF").copy(bytes, 4);
   put_little(bytes + 6, layout_.encoding);

@@ -19,7 +19,7 @@ namespace globalmatch::support {
 
 namespace {
 
-constexpr std::string_view export_again = "Export the scan again as PCD 0.7 with x, y and z";
+constexpr std::string_view export_pcd_again = "Export the scan again as PCD 0.7 with x, y and z";
 
 struct pcd_header {
   std::vector<std::string> fields, sizes, types, counts;  ///< as many words each
@@ -49,11 +49,11 @@ std::vector<std::string> values_of(const std::vector<std::string_view>& words) {
 
 std::uint64_t require_count(const input_file& file, std::string_view word) {
   const auto count = to_count(word);
-  if (!count) file.fail("has a PCD header with '" + std::string(word) + "' for a count", export_again);
+  if (!count) file.fail("has a PCD header with '" + std::string(word) + "' for a count", export_pcd_again);
   return *count;
 }
 
-pcd_header parse_header(input_file& file) {
+pcd_header parse_pcd_header(input_file& file) {
   pcd_header header;
   while (const auto line = file.read_line()) {
     const std::vector<std::string_view> words = split(*line, ' ');
@@ -113,14 +113,14 @@ pcd_layout layout_of(const input_file& file, pcd_header header) {
   }
   if (header.sizes.size() != fields || header.types.size() != fields ||
       (!header.counts.empty() && header.counts.size() != fields))
-    file.fail("has a PCD header whose FIELDS, SIZE, TYPE and COUNT differ in length", export_again);
+    file.fail("has a PCD header whose FIELDS, SIZE, TYPE and COUNT differ in length", export_pcd_again);
   pcd_layout layout;
   std::array<int, 3> found = {};
   for (std::size_t f = 0; f < fields; ++f) {
     const auto type = scalar_of(header.types[f], header.sizes[f]);
     const std::uint64_t count = header.counts.empty() ? 1 : require_count(file, header.counts[f]);
     if (!type || count > std::numeric_limits<std::uint16_t>::max())
-      file.fail("has the PCD field '" + header.fields[f] + "' of an unknown type or size", export_again);
+      file.fail("has the PCD field '" + header.fields[f] + "' of an unknown type or size", export_pcd_again);
     bool is_axis = false;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (header.fields[f] != std::string(1, "xyz"[axis]) || count == 0) continue;
@@ -136,7 +136,7 @@ pcd_layout layout_of(const input_file& file, pcd_header header) {
     layout.record_size += size_of(*type) * count;
   }
   if (found != std::array{1, 1, 1})
-    file.fail("has a PCD header without the single fields x, y and z", export_again);
+    file.fail("has a PCD header without the single fields x, y and z", export_pcd_again);
   return layout;
 }
 
@@ -146,7 +146,7 @@ std::size_t point_count(const input_file& file, const pcd_header& header, std::u
     if (*header.points > room) file.fail_truncated();
     return *header.points;
   }
-  if (!header.width) file.fail("has a PCD header without POINTS and WIDTH", export_again);
+  if (!header.width) file.fail("has a PCD header without POINTS and WIDTH", export_pcd_again);
   const std::uint64_t height = header.height.value_or(1);
   if (height > 0 && *header.width > room / height) file.fail_truncated();
   return *header.width * height;
@@ -231,7 +231,7 @@ std::unique_ptr<point_source> open_points(input_file& file, const pcd_header& he
   if (header.data != "ascii") file.offset();  // throws where there can be no binary data
   if (header.data == "binary_compressed") return read_compressed(file, header, layout, options);
   if (header.data == "binary") return open_binary(file, header, layout);
-  if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_again);
+  if (header.data != "ascii") file.fail("has the unknown PCD data '" + header.data + "'", export_pcd_again);
   // A line holds at least a digit and a blank for each column; the last one may lack its end.
   const std::uint64_t room = (file.remaining() + 1) / (2 * layout.record_columns);
   return read_ascii(file, layout, point_count(file, header, room), options);
@@ -240,7 +240,7 @@ std::unique_ptr<point_source> open_points(input_file& file, const pcd_header& he
 }  // namespace
 
 opened_scan open_pcd(input_file& file, const scan_options& options) {
-  const pcd_header header = parse_header(file);
+  const pcd_header header = parse_pcd_header(file);
   const pcd_layout layout = layout_of(file, header);
   opened_scan scan{open_points(file, header, layout, options), {.format = "PCD, " + header.data}};
   for (const std::string& field : header.fields)

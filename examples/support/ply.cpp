@@ -34,7 +34,7 @@ struct ply_header {
   std::vector<ply_element> elements;
 };
 
-constexpr std::string_view export_again = "Export the scan again as PLY with x, y and z";
+constexpr std::string_view export_ply_again = "Export the scan again as PLY with x, y and z";
 
 std::optional<scalar> scalar_named(std::string_view name) {
   constexpr std::pair<std::string_view, scalar> names[] = {
@@ -52,7 +52,8 @@ std::optional<scalar> scalar_named(std::string_view name) {
 
 scalar require_scalar(const input_file& file, std::string_view name) {
   const auto type = scalar_named(name);
-  if (!type) file.fail_at_line("names the unknown property type '" + std::string(name) + "'", export_again);
+  if (!type)
+    file.fail_at_line("names the unknown property type '" + std::string(name) + "'", export_ply_again);
   return *type;
 }
 
@@ -60,16 +61,16 @@ ply_property parse_property(const input_file& file, const std::vector<std::strin
   if (words.size() == 3) return {std::string(words[2]), require_scalar(file, words[1]), std::nullopt};
   if (words.size() == 5 && words[1] == "list")
     return {std::string(words[4]), require_scalar(file, words[3]), require_scalar(file, words[2])};
-  file.fail_at_line("declares a property in no known way", export_again);
+  file.fail_at_line("declares a property in no known way", export_ply_again);
 }
 
 ply_element parse_element(const input_file& file, const std::vector<std::string_view>& words) {
   const auto count = words.size() == 3 ? to_count(words[2]) : std::nullopt;
-  if (!count) file.fail_at_line("declares an element without a name and a count", export_again);
+  if (!count) file.fail_at_line("declares an element without a name and a count", export_ply_again);
   return {std::string(words[1]), *count, {}};
 }
 
-ply_header parse_header(input_file& file) {
+ply_header parse_ply_header(input_file& file) {
   ply_header header;
   while (const auto line = file.read_line()) {
     const std::vector<std::string_view> words = split(*line, ' ');
@@ -80,10 +81,11 @@ ply_header parse_header(input_file& file) {
     } else if (keyword == "element") {
       header.elements.push_back(parse_element(file, words));
     } else if (keyword == "property") {
-      if (header.elements.empty()) file.fail_at_line("declares a property before any element", export_again);
+      if (header.elements.empty())
+        file.fail_at_line("declares a property before any element", export_ply_again);
       header.elements.back().properties.push_back(parse_property(file, words));
     } else if (keyword != "ply" && keyword != "comment" && keyword != "obj_info") {
-      file.fail_at_line("is no line of a PLY header", export_again);
+      file.fail_at_line("is no line of a PLY header", export_ply_again);
     }
   }
   file.fail("has a PLY header without its end_header line",
@@ -110,7 +112,7 @@ class ascii_values {
 
   double next(scalar) {
     const auto value = field_ ? to_number(*field_) : std::nullopt;
-    if (!value) file_.fail_at_line("has too few numbers, or something else among them", export_again);
+    if (!value) file_.fail_at_line("has too few numbers, or something else among them", export_ply_again);
     field_ = fields_.next();
     return *value;
   }
@@ -152,7 +154,7 @@ template <class Values>
 void skip_list(const input_file& file, Values& values, const ply_property& property) {
   const double length = values.next(*property.count_type);
   if (!(length >= 0 && length <= 0x1p32))
-    file.fail("has a list of impossible length '" + property.name + "'", export_again);
+    file.fail("has a list of impossible length '" + property.name + "'", export_ply_again);
   values.skip(property.type, static_cast<std::uint64_t>(length));
 }
 
@@ -263,26 +265,26 @@ std::unique_ptr<point_source> open_points(input_file& file, const ply_header& he
   if (header.format == "ascii") return open_ascii(file, header, options);
   if (header.format == "binary_little_endian") return open_binary(file, header, std::endian::little, options);
   if (header.format == "binary_big_endian") return open_binary(file, header, std::endian::big, options);
-  file.fail("has the unknown PLY format '" + header.format + "'", export_again);
+  file.fail("has the unknown PLY format '" + header.format + "'", export_ply_again);
 }
 
 const ply_element& require_positions(const input_file& file, const ply_header& header) {
   const auto vertex = std::find_if(header.elements.begin(), header.elements.end(), holds_points);
-  if (vertex == header.elements.end()) file.fail("has no element 'vertex'", export_again);
+  if (vertex == header.elements.end()) file.fail("has no element 'vertex'", export_ply_again);
   std::array<int, 3> found = {};
   for (const ply_property& property : vertex->properties)
     if (axis_of(property) >= 0) ++found[static_cast<std::size_t>(axis_of(property))];
   for (std::size_t axis = 0; axis < 3; ++axis)
     if (found[axis] != 1)
       file.fail(std::string("has no single property '") + "xyz"[axis] + "' among those of its vertices",
-                export_again);
+                export_ply_again);
   return *vertex;
 }
 
 }  // namespace
 
 opened_scan open_ply(input_file& file, const scan_options& options) {
-  const ply_header header = parse_header(file);
+  const ply_header header = parse_ply_header(file);
   const ply_element& vertex = require_positions(file, header);
   opened_scan scan{open_points(file, header, options), {.format = "PLY, " + header.format}};
   for (const ply_property& property : vertex.properties)

@@ -14,7 +14,7 @@ namespace globalmatch::support {
 
 namespace {
 
-bool is_passed_over(std::string_view line) {
+bool is_passed_over_in_pts(std::string_view line) {
   return line.empty() || line.starts_with('#') || line.starts_with("//");
 }
 
@@ -23,7 +23,7 @@ template <class UseCount, class UseRow>
 void walk(input_file& file, const UseCount& use_count, const UseRow& use_row) {
   while (const auto line = file.read_line()) {
     const std::string_view text = trim(*line);
-    if (is_passed_over(text)) continue;
+    if (is_passed_over_in_pts(text)) continue;
     if (const auto count = to_count(text))
       use_count(*count);
     else
@@ -40,7 +40,7 @@ bool looks_like_pts(std::string_view start) {
     if (end == std::string_view::npos) break;  // the line may go on
     const std::string_view line = trim(start.substr(0, end));
     start.remove_prefix(end + 1);
-    if (is_passed_over(line)) continue;
+    if (is_passed_over_in_pts(line)) continue;
     if (++lines == 1 && !to_count(line)) return false;
     if (lines == 2) return to_count(line) || split(line, separator_of(line)).size() >= 3;
   }

@@ -51,14 +51,14 @@ std::optional<Eigen::Isometry3d> pose_of(const Eigen::Matrix4d& rows) {
   return Eigen::Translation3d(matrix.topRightCorner<3, 1>()) * Eigen::Quaterniond(rotation).normalized();
 }
 
-bool is_passed_over(std::string_view line) {
+bool is_passed_over_in_ptx(std::string_view line) {
   return line.empty() || line.starts_with('#');
 }
 
 // The header of the next scan; nothing at the end of the file.
 std::optional<ptx_header> read_header(input_file& file) {
   auto line = file.read_line();
-  while (line && is_passed_over(trim(*line))) line = file.read_line();
+  while (line && is_passed_over_in_ptx(trim(*line))) line = file.read_line();
   if (!line) return std::nullopt;
   std::uint64_t sizes[2] = {};
   Eigen::Matrix4d matrix;
@@ -118,7 +118,7 @@ bool looks_like_ptx(std::string_view start) {
     if (end == std::string_view::npos) return false;
     const std::string_view line = trim(start.substr(0, end));
     start.remove_prefix(end + 1);
-    if (is_passed_over(line)) continue;
+    if (is_passed_over_in_ptx(line)) continue;
     const auto numbers = numbers_in(line, header[i]);
     constexpr std::size_t first_axis = 3;
     constexpr double rounding = 0.01;

@@ -18,7 +18,7 @@
 
 namespace globalmatch::detail {
 
-inline bool same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+inline bool have_same_bits(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   using bits = std::uint64_t;
   return std::bit_cast<bits>(a[0]) == std::bit_cast<bits>(b[0]) &&
          std::bit_cast<bits>(a[1]) == std::bit_cast<bits>(b[1]) &&
@@ -42,7 +42,7 @@ inline bool are_samples_of(const std::vector<vec3f>& local, const local_frame& f
                            const std::vector<Eigen::Vector3d>& samples) {
   if (!(frame.rotation == mat3::identity()) || samples.size() != local.size()) return false;
   for (std::size_t i = 0; i < local.size(); ++i)
-    if (!same_bits(sample_of(local[i], frame), samples[i])) return false;
+    if (!have_same_bits(sample_of(local[i], frame), samples[i])) return false;
   return true;
 }
 
