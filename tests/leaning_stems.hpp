@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <vector>
 
 #include "globalmatch/detail/core/local_points.hpp"
@@ -12,6 +11,7 @@
 #include "globalmatch/detail/mapping/cylinder.hpp"
 #include "globalmatch/points.hpp"
 #include "globalmatch/stem_map.hpp"
+#include "indices.hpp"
 
 namespace globalmatch::scenes {
 
@@ -41,12 +41,6 @@ inline local_points as_local_points(const std::vector<vec3>& points) {
   for (std::size_t i = 0; i < points.size(); ++i)
     result.push_back(vec3f(points[i]), static_cast<point_index>(i));
   return result;
-}
-
-inline std::vector<point_index> all_of(std::size_t count) {
-  std::vector<point_index> indices(count);
-  std::iota(indices.begin(), indices.end(), point_index(0));
-  return indices;
 }
 
 /// Ground at z = height(x, y) over 20 m by 20 m, a point in each node but for a hole.

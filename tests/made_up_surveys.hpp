@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <numbers>
-#include <numeric>
 #include <vector>
 
 #include "globalmatch/detail/matching/prepared_stems.hpp"
@@ -13,6 +12,7 @@
 #include "globalmatch/detail/survey/place_maps.hpp"
 #include "globalmatch/detail/survey/plan_pose.hpp"
 #include "globalmatch/detail/survey/survey_link.hpp"
+#include "indices.hpp"
 #include "stem_scenes.hpp"
 
 namespace globalmatch::scenes {
@@ -153,12 +153,6 @@ inline void pair_stems(std::vector<survey_link>& links, const maps_in_plan& seen
 constexpr double tree_radius = 0.3;  // [m] within which stems are one tree
 inline std::vector<double> tree_radii(std::size_t maps) {
   return std::vector<double>(maps, tree_radius);
-}
-
-inline std::vector<std::uint32_t> all_of(std::size_t count) {
-  std::vector<std::uint32_t> order(count);
-  std::iota(order.begin(), order.end(), 0u);
-  return order;
 }
 
 /// Nine maps of a forest, their poses, and links of those that are neighbors.

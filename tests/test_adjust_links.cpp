@@ -8,7 +8,7 @@
 #include "globalmatch/detail/survey/initial_poses.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_adjust_links {
 
 using namespace detail;
 
@@ -151,4 +151,4 @@ TEST_CASE("without links, or without maps, there is nothing to adjust") {
   CHECK_FALSE(adjust_links(poses, unknown_poses(2, first_is_fixed), links));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_adjust_links

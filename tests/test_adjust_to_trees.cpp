@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_adjust_to_trees {
 
 using namespace detail;
 
@@ -58,4 +58,4 @@ TEST_CASE("maps that stand alone have no trees, and their poses stay") {
   for (const plan_pose& p : adjusted.poses) CHECK(p.shift == vec2{0, 0});
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_adjust_to_trees

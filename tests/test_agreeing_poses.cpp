@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_agreeing_poses {
 
 namespace {
 
@@ -64,4 +64,4 @@ TEST_CASE("one known pose of a component changes nothing, and heights that are n
   CHECK(compare(0, 3).agrees);
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_agreeing_poses

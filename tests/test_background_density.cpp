@@ -10,7 +10,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_background_density {
 
 using namespace detail;
 
@@ -157,4 +157,4 @@ TEST_CASE("the background density is that of the sixth neighbour of each stem") 
   CHECK(density.extent() == Approx(std::max(middle_extent(stems, 0), middle_extent(stems, 1)) / 0.8));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_background_density

@@ -8,7 +8,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_bad_input {
 
 using namespace detail;
 
@@ -107,4 +107,4 @@ TEST_CASE("a scan in map coordinates is registered with one in its own") {
   CHECK((result.registration.target_from_source->translation() + far_away).norm() < 0.01);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_bad_input

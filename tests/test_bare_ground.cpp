@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_bare_ground {
 
 using namespace detail;
 
@@ -125,4 +125,4 @@ TEST_CASE("without points nothing is known, and heights are the same for any num
   CHECK(planes_under_vegetation(raster, 100, 80, {}, {.threads = 3}) == alone);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_bare_ground

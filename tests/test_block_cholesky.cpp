@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_block_cholesky {
 
 using namespace detail;
 
@@ -48,4 +48,4 @@ TEST_CASE("the factors of a matrix of blocks give the solution and the inverse o
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_block_cholesky

@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_block_system {
 
 using namespace detail;
 
@@ -141,4 +141,4 @@ TEST_CASE("matrices that are not positive definite are not factorized") {
   CHECK_FALSE(system.factorize());  // not a number
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_block_system

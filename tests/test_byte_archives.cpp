@@ -9,7 +9,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_byte_archives {
 
 using namespace detail;
 
@@ -95,4 +95,4 @@ TEST_CASE("a choice is one of those that there are") {
   CHECK_THROWS_AS(in.choice(read, fruit::apple), std::runtime_error);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_byte_archives

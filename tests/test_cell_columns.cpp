@@ -9,7 +9,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cell_columns {
 
 using namespace detail;
 
@@ -67,4 +67,4 @@ TEST_CASE("a window holds the columns around one that a search among all finds, 
     CHECK(agrees_at(random.below(static_cast<std::uint32_t>(cells.columns()))));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cell_columns

@@ -13,7 +13,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cell_sorter {
 
 using namespace detail;
 
@@ -111,4 +111,4 @@ TEST_CASE("sorting can be cancelled") {
   CHECK_THROWS_AS(sort_into_cells(points, 0.05, exec), operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cell_sorter

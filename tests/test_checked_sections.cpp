@@ -8,7 +8,7 @@
 #include "stem_map_bytes.hpp"
 
 // By the stem map files that consist of such sections.
-namespace globalmatch {
+namespace globalmatch::test_checked_sections {
 
 using namespace detail;
 
@@ -116,4 +116,4 @@ TEST_CASE("a stream that takes no more is an error") {
   CHECK_THROWS_WITH(write_stem_map(out, map_of_one_stem()), Catch::Contains("could not be written"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_checked_sections

@@ -8,7 +8,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_chunk_loop {
 
 namespace {
 
@@ -86,4 +86,4 @@ TEST_CASE("what the callback threw stops all chunks and goes before their errors
   CHECK_THROWS_WITH(loop.rethrow(), "from the callback");
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_chunk_loop

@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cloth {
 
 using namespace detail;
 
@@ -130,4 +130,4 @@ TEST_CASE("the fall of the cloth can be watched and cancelled") {
   CHECK_THROWS_AS(simulate_cloth(ground, columns, rows, {}, cancel), operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cloth

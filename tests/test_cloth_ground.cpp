@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cloth_ground {
 
 using namespace detail;
 
@@ -59,4 +59,4 @@ TEST_CASE("a node without points has no minimum, and the cloth there is as high 
     }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cloth_ground

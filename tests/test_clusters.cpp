@@ -10,7 +10,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_clusters {
 
 using namespace detail;
 
@@ -78,4 +78,4 @@ TEST_CASE("without cells, or without stem cells, there are no clusters of cells"
   CHECK(cluster_cells(some, std::vector<cell_surface>(2, {0.9f, 0.02f, 1}), {}, 3).size() == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_clusters

@@ -14,7 +14,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_column_raster {
 
 using namespace detail;
 
@@ -163,4 +163,4 @@ TEST_CASE("a cluster without points has no columns") {
   CHECK_FALSE(raster.densest());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_column_raster

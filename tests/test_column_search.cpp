@@ -15,7 +15,7 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_column_search {
 
 using namespace detail;
 
@@ -213,4 +213,4 @@ TEST_CASE("a stem takes the columns near its axis out of the raster, along its l
   CHECK(gone > 100);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_column_search

@@ -4,7 +4,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_compiled {
 
 using namespace detail;
 
@@ -19,4 +19,4 @@ TEST_CASE("functions of both modes, and of other alignments, have names of their
   CHECK(std::is_same_v<build_mode, mode<EIGEN_MAX_STATIC_ALIGN_BYTES, compiled>>);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_compiled

@@ -6,8 +6,7 @@
 
 #include "catch.hpp"
 
-using namespace globalmatch::detail;
-
+namespace globalmatch::detail::test_confirm_links {
 namespace {
 
 /// Two maps of six stems each; the first `common` of them are one tree in both.
@@ -52,3 +51,5 @@ TEST_CASE("links that are not used are not looked at", "[survey]") {
   CHECK(unconfirmed_links(given.links, given.maps, given.adjusted).empty());
   CHECK(unconfirmed_links({}, {}, adjusted_survey{}).empty());
 }
+
+}  // namespace globalmatch::detail::test_confirm_links

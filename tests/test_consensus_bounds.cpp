@@ -10,7 +10,7 @@
 #include "consensus_scenes.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_consensus_bounds {
 
 using namespace detail;
 
@@ -105,4 +105,4 @@ TEST_CASE("without pairs there is nothing to bound") {
   CHECK(consensus_bounds(finder, 0).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_consensus_bounds

@@ -14,7 +14,7 @@
 #include "oracles/algorithm_1.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_consensus_finder {
 
 using namespace detail;
 
@@ -185,4 +185,4 @@ TEST_CASE("no consensus set exceeds the bound of any of its correspondences") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_consensus_finder

@@ -10,7 +10,7 @@
 #include "oracles/algorithm_1.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_consensus_proposal {
 
 using namespace detail;
 
@@ -108,4 +108,4 @@ TEST_CASE("propose_by_consensus of no pairs is no hypothesis") {
   CHECK(propose_by_consensus(matching_context(none, none, false, four), {}, 0.05).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_consensus_proposal

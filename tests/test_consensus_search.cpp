@@ -10,7 +10,7 @@
 #include "consensus_scenes.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_consensus_search {
 
 using namespace detail;
 
@@ -87,4 +87,4 @@ TEST_CASE("the search orders all seeds by what they promise, and leaves out some
   CHECK(sorted == all);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_consensus_search

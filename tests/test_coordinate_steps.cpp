@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_coordinate_steps {
 
 using namespace detail;
 
@@ -93,4 +93,4 @@ TEST_CASE("a distance in steps without a direction in steps is none") {
   CHECK(cell_area(noted) == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_coordinate_steps

@@ -6,7 +6,7 @@
 #include "globalmatch/detail/core/little_endian.hpp"
 #include "support/e57_checksums.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_crc32c {
 
 TEST_CASE("the checksum is CRC-32C, whatever the number of bytes") {
   CHECK(crc32c(std::string("123456789")) == 0xE3069283);  // the check value of the catalogue of CRCs
@@ -32,4 +32,4 @@ TEST_CASE("numbers are stored with their least significant byte first, and loade
   }
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_crc32c

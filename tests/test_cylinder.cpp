@@ -8,7 +8,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cylinder {
 
 using namespace detail;
 
@@ -83,4 +83,4 @@ TEST_CASE("there is no circle through points of a line, or through equal ones") 
   CHECK(found->radius == Approx(4));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cylinder

@@ -13,7 +13,7 @@
 #include "forest_scenes.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cylinder_fit {
 
 using namespace detail;
 
@@ -198,4 +198,4 @@ TEST_CASE("a refined cylinder is the one that its points lie on, its taper too")
   CHECK(held->taper == Approx(0.03).epsilon(0.001));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cylinder_fit

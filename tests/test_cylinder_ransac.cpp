@@ -13,7 +13,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_cylinder_ransac {
 
 using namespace detail;
 
@@ -256,4 +256,4 @@ TEST_CASE("the cost of a surface is cut off at the tolerance, and doubled inside
   CHECK(cost({at(0.5), at(0.5), at(0.5), at(0.5)}, 0.0007) == Approx(0.0008));  // no need to go on
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_cylinder_ransac

@@ -11,7 +11,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_decision {
 
 using namespace detail;
 
@@ -232,4 +232,4 @@ TEST_CASE("the standard deviation across a line of stems is the smallest in any 
   CHECK(sigma == Approx(smallest).epsilon(1e-4));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_decision

@@ -8,7 +8,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_decompositions {
 
 using namespace oracles;
 
@@ -86,4 +86,4 @@ TEST_CASE("the rotation of a covariance turns the source onto the target, mirror
   CHECK(rotation_of_covariance(mat3{}).singular_values == vec3{});
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_decompositions

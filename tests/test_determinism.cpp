@@ -10,7 +10,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/registration.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_determinism {
 
 using namespace detail;
 
@@ -157,4 +157,4 @@ TEST_CASE(
     CHECK((*from_there * (s.position + shift) - *from_here * s.position).norm() < 1e-6);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_determinism

@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_disjoint_sets {
 
 using namespace detail;
 
@@ -28,4 +28,4 @@ TEST_CASE("joined sets have one representative, whichever was joined to which") 
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_disjoint_sets

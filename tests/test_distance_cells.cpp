@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_distance_cells {
 
 using namespace detail;
 
@@ -55,4 +55,4 @@ TEST_CASE("distance cells bear stems far away, at one place, on a lattice, and n
   CHECK(distance_cells(none, false, 0.05).size() == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_distance_cells

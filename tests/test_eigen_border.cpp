@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_eigen_border {
 
 using namespace oracles;
 
@@ -37,4 +37,4 @@ TEST_CASE("each number comes to the place that Eigen has it in, also of what is 
   CHECK(to_eigen(vec3{3, -1, 2}) == Eigen::Vector3d(3, -1, 2));
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_eigen_border

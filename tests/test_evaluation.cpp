@@ -7,7 +7,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_evaluation {
 
 using namespace detail;
 
@@ -193,4 +193,4 @@ TEST_CASE("a found stem is counted as found where it is required, in whatever or
   CHECK((required(2) == 0 && required(3) == 0));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_evaluation

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_evidence {
 
 using namespace detail;
 
@@ -60,4 +60,4 @@ TEST_CASE("evidence of another kind is worth no more than the alignment of the l
   CHECK(h.log10_nfa == -4);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_evidence

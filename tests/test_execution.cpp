@@ -14,7 +14,7 @@
 #include "loops.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_execution {
 
 using loops::chunked_sum;
 using loops::clock;
@@ -146,4 +146,4 @@ TEST_CASE(
   }
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_execution

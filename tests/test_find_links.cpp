@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_find_links {
 
 using namespace detail;
 
@@ -34,4 +34,4 @@ TEST_CASE("links are those of maps that overlap, one a pair, at the right place"
   CHECK(used >= 12);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_find_links

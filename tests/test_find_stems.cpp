@@ -9,7 +9,7 @@
 #include "forest_scenes.hpp"
 
 // The functions that detail/verbs/find_stems.hpp defines, where the headers declare them: in both modes.
-namespace globalmatch {
+namespace globalmatch::test_find_stems {
 
 using namespace detail;
 
@@ -79,4 +79,4 @@ TEST_CASE("an understory without points has no stems, and says where they were l
   CHECK(where_lost(explain(map.funnel), 1).starts_with("understory: 0 "));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_find_stems

@@ -14,7 +14,7 @@
 #include "position_types.hpp"
 #include "survey_layouts.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_find_tilts {
 
 using namespace detail;
 
@@ -186,4 +186,4 @@ TEST_CASE(
   CHECK(by_two[3].x == Approx(0.024).margin(1e-4));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_find_tilts

@@ -11,7 +11,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_fit_terrain {
 
 using namespace detail;
 
@@ -150,4 +150,4 @@ TEST_CASE("the terrain of no lowest points, or of none near the surface, is empt
   CHECK(fit_terrain(above, heights_of_nodes(6, 5, 0), 6, 5, {}).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_fit_terrain

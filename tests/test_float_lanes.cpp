@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_float_lanes {
 
 using namespace detail;
 
@@ -65,4 +65,4 @@ TEST_CASE("the sum of lanes is taken in doubles") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_float_lanes

@@ -4,7 +4,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_follow_scans {
 
 using namespace detail;
 
@@ -65,4 +65,4 @@ TEST_CASE("a tree follows the mean of the scans that saw it, in height of those 
   CHECK(s.trees[0].sigma == Approx(0.01));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_follow_scans

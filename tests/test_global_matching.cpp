@@ -12,7 +12,7 @@
 #include "oracles/algorithm_1.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_global_matching {
 
 using namespace detail;
 
@@ -55,4 +55,4 @@ TEST_CASE("match_globally of no pairs is empty, and refuses a tolerance that is 
                     Catch::Contains("max_hypotheses must"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_global_matching

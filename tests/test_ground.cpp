@@ -9,7 +9,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_ground {
 
 using namespace detail;
 
@@ -309,4 +309,4 @@ TEST_CASE("modelling the ground can be cancelled at any report") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_ground

@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_ground_offset {
 
 using namespace detail;
 
@@ -105,4 +105,4 @@ TEST_CASE("points in a line make no plane") {
   CHECK_FALSE(ground_planes(line).height_at(10, 3, 8));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_ground_offset

@@ -5,7 +5,7 @@
 #include "globalmatch/detail/mapping/stem_base.hpp"
 #include "globalmatch/stem_mapping.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_ground_surface {
 
 using namespace detail;
 
@@ -117,4 +117,4 @@ TEST_CASE("the uncertainty of heights falls with the ground that was seen, and i
   CHECK(height_uncertainty(0, 50) > 0.01);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_ground_surface

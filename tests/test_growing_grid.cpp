@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_growing_grid {
 
 using namespace detail;
 
@@ -44,4 +44,4 @@ TEST_CASE("a search in a growing grid ends with the point that was searched for"
   CHECK(looked_at == 4);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_growing_grid

@@ -12,7 +12,7 @@
 #include "stem_scenes.hpp"
 #include "survey_layouts.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_growing_survey {
 
 using namespace detail;
 
@@ -294,4 +294,4 @@ TEST_CASE("fixed scans stay where they are while a survey grows") {
   CHECK(g.result().frames.front().source == survey::frame_source::fixed);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_growing_survey

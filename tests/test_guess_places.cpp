@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_guess_places {
 
 using namespace detail;
 
@@ -40,4 +40,4 @@ TEST_CASE("guesses are one a place, first that of most links, then the more sign
   CHECK(guess_places(4, graph, truth, [](const link_graph::edge&) { return false; }).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_guess_places

@@ -9,7 +9,7 @@
 #include "globalmatch/detail/survey/adjust_links.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_height_adjustment {
 
 using namespace detail;
 
@@ -90,4 +90,4 @@ TEST_CASE("targets alone give heights, weighted by their standard deviations") {
   CHECK(s.heights.of_map[1] > s.truth[1] - 0.0007);  // a fifth of 2 mm, but for Tukey weights
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_height_adjustment

@@ -7,7 +7,7 @@
 #include "stem_pairs.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_hypotheses {
 
 using namespace detail;
 
@@ -167,4 +167,4 @@ TEST_CASE("a reversed hypothesis pairs the same stems the other way round, under
   CHECK(back.rms == 0.03);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_hypotheses

@@ -10,7 +10,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_icp {
 
 using namespace detail;
 
@@ -294,4 +294,4 @@ TEST_CASE("icp goes on while it turns, also where it does not shift any more") {
   CHECK(result.iterations > 1);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_icp

@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_icp_options {
 
 namespace {
 
@@ -44,4 +44,4 @@ TEST_CASE("the smallest icp options that make sense are taken, and so are the de
                                           .plane_neighbors = 3}));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_icp_options

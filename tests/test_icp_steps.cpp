@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_icp_steps {
 
 using namespace detail;
 
@@ -129,4 +129,4 @@ TEST_CASE("the normal at a target sample is that of the plane around it, whereve
   for (const vec3& n : surface.normals) CHECK(std::abs(n.dot(normal)) == Approx(1));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_icp_steps

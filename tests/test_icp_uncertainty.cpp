@@ -7,7 +7,7 @@
 #include "globalmatch/detail/icp/icp_steps.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_icp_uncertainty {
 
 using namespace detail;
 
@@ -78,4 +78,4 @@ TEST_CASE("pairs of few places determine no uncertainty, and pairs without weigh
   CHECK_FALSE(uncertainty_of_fit({}, six, icp_metric::point_to_plane).is_determined);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_icp_uncertainty

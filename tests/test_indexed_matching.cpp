@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_indexed_matching {
 
 using namespace detail;
 
@@ -86,4 +86,4 @@ TEST_CASE("the search ends at the number of candidates that it is given") {
   CHECK(counted(100) < all / 2);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_indexed_matching

@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_initial_poses {
 
 using namespace detail;
 
@@ -40,4 +40,4 @@ TEST_CASE("initial poses follow from links without noise") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_initial_poses

@@ -12,7 +12,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_keyed_sort {
 
 using namespace detail;
 
@@ -98,4 +98,4 @@ TEST_CASE("sorting many items can be cancelled") {
   CHECK_THROWS_AS(sort_keyed(many), operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_keyed_sort

@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_known_poses {
 
 TEST_CASE(
     "known poses come before the preferred one, the one referred to before all, and none is held at first") {
@@ -43,4 +43,4 @@ TEST_CASE("a known pose beside another one is that from its own local frame to t
   CHECK((*places[0] * (known.transform_beside(0, 1) * p) - *places[1] * p).norm() < 1e-12);
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_known_poses

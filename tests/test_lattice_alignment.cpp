@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_lattice_alignment {
 
 using namespace detail;
 
@@ -55,4 +55,4 @@ TEST_CASE("of hypotheses the one that places most stems near others is as good a
       to_eigen(align_lattices(maps, std::nullopt, any, hypotheses)).isApprox(Eigen::Isometry3d::Identity()));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_lattice_alignment

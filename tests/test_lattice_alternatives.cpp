@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_lattice_alternatives {
 
 using namespace detail;
 
@@ -66,4 +66,4 @@ TEST_CASE("a hypothesis without pairs has no lattice alternatives") {
   CHECK(lattice_alternatives(local_hypothesis{}, maps).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_lattice_alternatives

@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_lattice_gaps {
 
 using namespace detail;
 
@@ -87,4 +87,4 @@ TEST_CASE("a lattice without gaps has no evidence of gaps") {
   CHECK(gaps.score(rigid{}).log10_nfa > 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_lattice_gaps

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_lattice_residuals {
 
 using namespace detail;
 
@@ -242,4 +242,4 @@ TEST_CASE("a fit to few pairs is no evidence of them") {
   CHECK(significant <= 8);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_lattice_residuals

@@ -7,7 +7,7 @@
 #include "globalmatch/stem_matching.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_likely_causes {
 
 using namespace detail;
 
@@ -148,4 +148,4 @@ TEST_CASE("the central stems are those nearest to the mean") {
   CHECK(central_stems(stems, 99).size() == 5);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_likely_causes

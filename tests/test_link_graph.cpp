@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_link_graph {
 
 using namespace detail;
 
@@ -160,4 +160,4 @@ TEST_CASE("components are what links connect, with the map of most links or the 
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_link_graph

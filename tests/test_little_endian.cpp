@@ -6,7 +6,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_little_endian {
 
 using namespace detail;
 
@@ -37,4 +37,4 @@ TEMPLATE_TEST_CASE("numbers are read as they were written, from any place", "", 
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_little_endian

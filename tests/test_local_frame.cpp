@@ -12,7 +12,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_local_frame {
 
 using namespace detail;
 
@@ -94,4 +94,4 @@ TEST_CASE("a level frame only shifts, to the last bit, and a tilted one is not l
   CHECK((above - vec3{0, 0, 5}).norm() < 1e-12);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_local_frame

@@ -8,7 +8,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_local_matching {
 
 using namespace detail;
 
@@ -196,4 +196,4 @@ TEST_CASE("match_locally loses no pair to rounding where edges are long") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_local_matching

@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_local_points {
 
 using namespace detail;
 
@@ -68,4 +68,4 @@ TEST_CASE("chunks hold every point once, with its index, in every container and 
   check(listed, 2);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_local_points

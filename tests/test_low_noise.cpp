@@ -5,7 +5,7 @@
 #include "globalmatch/detail/mapping/outliers.hpp"
 #include "globalmatch/stem_mapping.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_low_noise {
 
 using namespace detail;
 
@@ -97,4 +97,4 @@ TEST_CASE("noise scattered below dense ground does not move the terrain") {
   CHECK(largest < 0.1);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_low_noise

@@ -6,7 +6,7 @@
 #include "oracles/naive_lowest_points.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_lowest_points {
 
 using namespace detail;
 
@@ -233,4 +233,4 @@ TEST_CASE("the main group is the one of most cells, not of most tiles, and goes 
   CHECK(main_group(tiles) == std::vector<std::size_t>{4, 5});
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_lowest_points

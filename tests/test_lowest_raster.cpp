@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_lowest_raster {
 
 TEST_CASE("a raster holds the cells that have a point, and none beyond its edges") {
   lowest_raster raster;
@@ -24,4 +24,4 @@ TEST_CASE("a raster holds the cells that have a point, and none beyond its edges
   CHECK((std::isnan(no_point.x) && std::isnan(no_point.y) && std::isnan(no_point.z)));
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_lowest_raster

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_map_links {
 
 using namespace detail;
 
@@ -86,4 +86,4 @@ TEST_CASE("a fingerprint differs where one position, the order of the maps or th
   CHECK(fingerprint_of(grid.maps, -6) != known);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_map_links

@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_mapping_options {
 
 using support::message_of;
 
@@ -128,4 +128,4 @@ TEST_CASE("options that depend on each other are refused together") {
           }).starts_with("cylinder.usual_taper must"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_mapping_options

@@ -8,7 +8,7 @@
 #include "support/message_of.hpp"
 
 // The functions that detail/verbs/match_positions.hpp defines, where the headers declare them: in both modes.
-namespace globalmatch {
+namespace globalmatch::test_match_positions {
 
 using namespace detail;
 
@@ -126,4 +126,4 @@ TEST_CASE("stems at the place of others neither count nor disturb, and the funne
   CHECK(result.funnel.target_coincident == 59);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_match_positions

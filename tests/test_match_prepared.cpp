@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_match_prepared {
 
 using namespace detail;
 
@@ -41,4 +41,4 @@ TEST_CASE("alternatives that are not significant go, but for the next best one")
   CHECK(hypotheses[3].log10_nfa == -4);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_match_prepared

@@ -8,7 +8,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_matching {
 
 TEST_CASE("every source of evidence has a name of its own") {
   CHECK(to_string(evidence_source::positions) == "positions");
@@ -98,4 +98,4 @@ TEST_CASE("the covariance at a place is that of shifted and turned copies, in 4-
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_matching

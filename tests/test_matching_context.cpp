@@ -11,7 +11,7 @@
 #include "stem_pairs.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_matching_context {
 
 using namespace detail;
 
@@ -168,4 +168,4 @@ TEST_CASE("correspondences are sorted by source, then by target") {
   CHECK(none.empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_matching_context

@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_matching_options {
 
 using support::message_of;
 
@@ -74,4 +74,4 @@ TEST_CASE("limits of decision options are inclusive where they say so") {
         }).starts_with("decision.alternative_share"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_matching_options

@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_matrices {
 
 using namespace oracles;
 
@@ -83,4 +83,4 @@ TEST_CASE("the determinant, the trace and the inverse of mat3 have Eigen's bits"
   CHECK(mat3::identity().is_invertible());
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_matrices

@@ -7,7 +7,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "oracles/brute_force_neighbors.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_neighbors {
 
 using namespace detail;
 
@@ -186,4 +186,4 @@ TEST_CASE("several threads may query one tree") {
   CHECK(wrong == std::array<int, 4>{});
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_neighbors

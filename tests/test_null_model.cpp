@@ -12,7 +12,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_null_model {
 
 using namespace detail;
 
@@ -318,4 +318,4 @@ TEST_CASE("maps as dense as each other are scored one way, and a clump that is t
   CHECK(dense_after < -20);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_null_model

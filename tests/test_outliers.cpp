@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_outliers {
 
 using namespace detail;
 
@@ -170,4 +170,4 @@ TEST_CASE("an empty raster has no outliers, and a single point is none") {
   CHECK(one.holds(0, 0));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_outliers

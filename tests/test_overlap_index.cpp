@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_overlap_index {
 
 using namespace detail;
 
@@ -128,4 +128,4 @@ TEST_CASE("maps without triangles have no candidates") {
   for (const std::size_t m : {0u, 1u, 2u}) CHECK(index.candidates_of(m, tolerance, 10, true).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_overlap_index

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/disjoint_sets.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_pairs_in_common {
 
 using namespace detail;
 
@@ -101,4 +101,4 @@ TEST_CASE("a survey of nothing, or of scans that were not placed, has no pairs")
   CHECK(pairs_in_common(s, 3).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_pairs_in_common

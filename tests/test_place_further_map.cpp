@@ -10,7 +10,7 @@
 #include "globalmatch/detail/verbs/solve_maps.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_place_further_map {
 
 using namespace detail;
 
@@ -84,4 +84,4 @@ TEST_CASE("a link of the survey that is not used any more asks for all to be sol
   CHECK_FALSE(s.with_last());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_place_further_map

@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_place_maps {
 
 using namespace detail;
 
@@ -179,4 +179,4 @@ TEST_CASE("without links each map is a component, and without maps there is none
   CHECK(placed.parts.reference == std::vector<std::uint32_t>{0, 1, 2});
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_place_maps

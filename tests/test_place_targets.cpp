@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_place_targets {
 
 using namespace detail;
 
@@ -80,4 +80,4 @@ TEST_CASE("the uncertainty of poses is in that of targets") {
   CHECK(s.targets[0].height_sigma == Approx(std::sqrt(4e-4 + 2e-6)));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_place_targets

@@ -8,7 +8,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_plan_pose {
 
 using namespace detail;
 
@@ -55,4 +55,4 @@ TEST_CASE("a quarter turn is the derivative of a turn") {
   CHECK((derivative - quarter_turned(v)).norm() < 1e-5);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_plan_pose

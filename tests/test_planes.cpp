@@ -10,7 +10,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_planes {
 
 using namespace detail;
 
@@ -173,4 +173,4 @@ TEST_CASE("points at one place have a level plane, and collinear ones no slope a
   CHECK(line.fit(2, 9, 3).height == Approx(8).margin(0.01));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_planes

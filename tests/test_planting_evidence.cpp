@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_planting_evidence {
 
 using namespace detail;
 
@@ -109,4 +109,4 @@ TEST_CASE(
         as_it_is.score(scans.shifted(0, 0).target_from_source).log10_nfa);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_planting_evidence

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_planting_lattice {
 
 using namespace detail;
 
@@ -122,4 +122,4 @@ TEST_CASE("a skewed lattice maps to itself by whole steps along both shifts, and
   CHECK(flat.search_radius() == Approx(0.3 * std::hypot(0.6, 0.9)));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_planting_lattice

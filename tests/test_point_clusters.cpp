@@ -8,7 +8,7 @@
 #include "oracles/union_find_clusters.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_point_clusters {
 
 using namespace detail;
 
@@ -112,4 +112,4 @@ TEST_CASE("clustering can be cancelled") {
   CHECK_THROWS_AS(clusters_of(scenes::cloud(3, Vector3f::Zero()), 1, 1, exec), operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_point_clusters

@@ -10,7 +10,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_point_verticality {
 
 using namespace detail;
 
@@ -223,4 +223,4 @@ TEST_CASE("bad verticality options are refused by name") {
   CHECK(message([](auto& o) { o.min_neighbors = 2; }).starts_with("verticality.min_neighbors"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_point_verticality

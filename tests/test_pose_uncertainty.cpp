@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_pose_uncertainty {
 
 using namespace detail;
 
@@ -45,4 +45,4 @@ TEST_CASE("covariances of independent uncertainties add up at every place") {
   CHECK((sum_of(a, b).at(place) - a.at(place) - b.at(place)).norm() < 1e-12);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_pose_uncertainty

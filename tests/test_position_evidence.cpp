@@ -10,7 +10,7 @@
 #include "catch.hpp"
 #include "evidence_scene.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_position_evidence {
 
 using namespace detail;
 
@@ -135,4 +135,4 @@ TEST_CASE("maps without stems propose nothing") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_position_evidence

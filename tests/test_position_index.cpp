@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_position_index {
 
 using namespace detail;
 
@@ -96,4 +96,4 @@ TEST_CASE("the spacing is that of a square grid of equal density, whatever the s
   CHECK(position_index(scenes::set_in_order(stems)).spacing() == Approx(std::sqrt(3 * 0.8)).epsilon(0.05));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_position_index

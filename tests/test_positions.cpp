@@ -38,7 +38,7 @@ struct globalmatch::point_traits<surveyors::taped_stem> {
   static double radius(const surveyors::taped_stem& s) { return s.girth / (2 * std::numbers::pi); }
 };
 
-namespace globalmatch {
+namespace globalmatch::test_positions {
 
 using namespace detail;
 
@@ -286,4 +286,4 @@ TEST_CASE("stem_distance leaves heights out where they do not count") {
   CHECK(stem_distance({1, 2, 3}, {4, 6, 15}, true) == 5);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_positions

@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_prepared_stems {
 
 using namespace detail;
 
@@ -76,4 +76,4 @@ TEST_CASE("a map without triangles has all else, and maps of few stems can be pr
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_prepared_stems

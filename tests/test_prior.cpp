@@ -12,7 +12,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_prior {
 
 using namespace detail;
 
@@ -289,4 +289,4 @@ TEST_CASE("a prior that makes no sense is named by its field") {
   CHECK(match_stems(none, none, with(1, 1)).outcome == outcome::not_registered);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_prior

@@ -16,7 +16,7 @@
 #include "globalmatch/detail/core/threads.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_processors {
 
 using support::message_of;
 using clock = std::chrono::steady_clock;
@@ -108,4 +108,4 @@ TEST_CASE("threads = 0 heeds the affinity mask") {
 }
 #endif
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_processors

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_proposed_places {
 
 using namespace detail;
 
@@ -40,4 +40,4 @@ TEST_CASE("proposals agree across a half turn, and not where only the center is 
   CHECK_FALSE(agree(a, turned));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_proposed_places

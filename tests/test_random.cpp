@@ -7,7 +7,7 @@
 #include <cmath>
 #include <set>
 
-using globalmatch::detail::random_source;
+namespace globalmatch::detail::test_random {
 
 TEST_CASE("random_source is splitmix64: the published first values of seed 1234567") {
   random_source random(1234567);
@@ -95,3 +95,5 @@ TEST_CASE("random_source::normal has the moments of a Gaussian and is always fin
   CHECK(std::abs(moments[3]) < 0.05);
   CHECK(std::abs(moments[4] - 3) < 0.15);
 }
+
+}  // namespace globalmatch::detail::test_random

@@ -4,7 +4,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_recent_maps {
 
 using namespace detail;
 
@@ -28,4 +28,4 @@ TEST_CASE("maps that were asked for lately are loaded once, and others again") {
   CHECK(loaded.size() == 21);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_recent_maps

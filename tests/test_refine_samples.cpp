@@ -9,7 +9,7 @@
 #include "support/message_of.hpp"
 
 // The function that detail/icp/refine_samples.hpp defines, where the headers declare it: in both modes.
-namespace globalmatch {
+namespace globalmatch::test_refine_samples {
 
 using namespace detail;
 
@@ -68,4 +68,4 @@ TEST_CASE("a bad option and a coarse transform that is not finite are named, als
   CHECK(message(rigid::identity(), {.trimming = 0}) == "icp.trimming must be positive");
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_refine_samples

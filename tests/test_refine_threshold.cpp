@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "evidence_scene.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_refine_threshold {
 
 using namespace detail;
 
@@ -85,4 +85,4 @@ TEST_CASE("a hypothesis that fits best as it is stays, to the bit") {
   CHECK(h.correspondences.size() == source.size());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_refine_threshold

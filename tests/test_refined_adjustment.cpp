@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_refined_adjustment {
 
 using namespace detail;
 
@@ -168,4 +168,4 @@ TEST_CASE("weights are 1 for what agrees and next to 0 for what does not, in the
   CHECK(weights.factor(2) > 0.9 / (weights.sigma() * weights.sigma()));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_refined_adjustment

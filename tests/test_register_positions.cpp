@@ -10,7 +10,7 @@
 #include "globalmatch/survey.hpp"
 #include "survey_layouts.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_register_positions {
 
 using namespace detail;
 
@@ -250,4 +250,4 @@ TEST_CASE("targets move with the frame of their component") {
   CHECK_THROWS_WITH(register_survey(forests.stems(), options), Catch::Contains("targets"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_register_positions

@@ -8,7 +8,7 @@
 #include "made_up_maps.hpp"
 
 // The function that detail/verbs/register_stem_maps.hpp defines, by the verb that calls it: in both modes.
-namespace globalmatch {
+namespace globalmatch::test_register_stem_maps {
 
 using namespace detail;
 
@@ -181,4 +181,4 @@ TEST_CASE("register_maps of maps without stems is not_registered with a reason a
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_register_stem_maps

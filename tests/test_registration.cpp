@@ -13,7 +13,7 @@
 #include "support/scan_files.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_registration {
 
 using namespace detail;
 
@@ -151,4 +151,4 @@ TEST_CASE("register_scans registers the real clouds, 10 cm coarse and 3 cm fine"
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_registration

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_registration_options {
 
 TEST_CASE("paper_options holds the values of the paper") {
   const registration_options options = paper_options();
@@ -26,4 +26,4 @@ TEST_CASE("paper_options holds the values of the paper") {
   CHECK_NOTHROW(require_valid(options.icp));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_registration_options

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_residual_null_model {
 
 using namespace detail;
 
@@ -260,4 +260,4 @@ TEST_CASE("nothing is learned from few transforms, of which no one knows whether
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_residual_null_model

@@ -8,7 +8,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_rigid {
 
 using namespace oracles;
 
@@ -73,4 +73,4 @@ TEST_CASE("the angle of a rotation is exact for tiny turns and for half turns") 
   CHECK(rotation_angle(mat3::diagonal_of({1, -1, -1})) == std::acos(-1.0));
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_rigid

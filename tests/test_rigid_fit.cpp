@@ -10,7 +10,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_rigid_fit {
 
 using namespace detail;
 
@@ -131,4 +131,4 @@ TEST_CASE("there is no fit of points that do not determine it") {
   CHECK_FALSE(fit_rigid(square, mirrored, four));  // any yaw is as good
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_rigid_fit

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_robust {
 
 TEST_CASE("Tukey's weight is the square of what is left of 1, and nothing from the largest residual on") {
   CHECK(tukey_weight(0) == 1);
@@ -12,4 +12,4 @@ TEST_CASE("Tukey's weight is the square of what is left of 1, and nothing from t
   CHECK(tukey_weight(4) == 0);
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_robust

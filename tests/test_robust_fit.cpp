@@ -10,7 +10,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_robust_fit {
 
 using namespace detail;
 
@@ -279,4 +279,4 @@ TEST_CASE("what the known variances leave of the observed one is unknown") {
   CHECK(unknown_variance(maps, h) == Approx(0.1 * observed_variance(maps, h)));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_robust_fit

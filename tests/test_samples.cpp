@@ -11,7 +11,7 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_samples {
 
 using namespace detail;
 
@@ -110,4 +110,4 @@ TEST_CASE("of equally near points of a cell the first is kept, and of no points 
   CHECK(thin_in_cells(sorted, {}).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_samples

@@ -11,7 +11,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_scale_fit {
 
 using namespace detail;
 
@@ -179,4 +179,4 @@ TEST_CASE("a distortion widens the covariance of shift and turn, in four degrees
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_scale_fit

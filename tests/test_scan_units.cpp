@@ -6,7 +6,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_scan_units {
 
 using namespace detail;
 using support::message_of;
@@ -73,4 +73,4 @@ TEST_CASE("coordinates in steps of decimetres are noticed") {
   CHECK(coordinate_step(std::vector<vec3>(50, vec3{1, 2, 3})) == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_scan_units

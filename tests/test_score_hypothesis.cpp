@@ -8,7 +8,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_score_hypothesis {
 
 using namespace detail;
 
@@ -110,4 +110,4 @@ TEST_CASE("a hypothesis that pairs nothing stays where it is, without evidence")
   CHECK(h.log10_nfa >= 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_score_hypothesis

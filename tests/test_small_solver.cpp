@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_small_solver {
 
 using namespace oracles;
 
@@ -136,4 +136,4 @@ TEST_CASE("a square that is added is the weight times the outer product, within 
   for (std::size_t i = 3; i < 6; ++i) CHECK((m(i, 0) == 0 && m(0, i) == 0 && m(i, i) == 0));
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_small_solver

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_sort_by_key {
 
 using namespace detail;
 
@@ -62,4 +62,4 @@ TEST_CASE("an order names the places of keys, the smallest first, equal ones as 
   CHECK(order_by(equal) == expected);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_sort_by_key

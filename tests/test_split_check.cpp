@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_split_check {
 
 using namespace detail;
 
@@ -75,4 +75,4 @@ TEST_CASE("shared stems are those whose tree others see, at the place where thes
   for (const auto& of_map : shared_stems(seen.maps, poses, trees, weights)) CHECK(of_map.empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_split_check

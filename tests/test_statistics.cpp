@@ -10,7 +10,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "oracles/uniform_sum_tail.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_statistics {
 
 using namespace detail;
 
@@ -160,4 +160,4 @@ TEST_CASE("the weighted median is that of as many equal values, and the mean of 
   CHECK(std::isnan(weighted_median({})));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_statistics

@@ -9,7 +9,7 @@
 #include "forest_scenes.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_base {
 
 using namespace detail;
 
@@ -156,4 +156,4 @@ TEST_CASE("what stands out of the ground upwards does not lift it at a stem, whi
   CHECK(ground_at(lowered, 10.1, 9.2, 0.1)->height < 3.97);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_base

@@ -10,7 +10,7 @@
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_cylinder {
 
 using namespace detail;
 
@@ -177,4 +177,4 @@ TEST_CASE("there is no stem where there are no points, or hardly any") {
   CHECK_FALSE(stem_scene(14).score({.min_height = 0}));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_cylinder

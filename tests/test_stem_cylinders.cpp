@@ -7,7 +7,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_cylinders {
 
 using namespace detail;
 
@@ -263,4 +263,4 @@ TEST_CASE("finding stems reports its stage and can be cancelled") {
   CHECK_THROWS_AS(scene.find({}, exec), operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_cylinders

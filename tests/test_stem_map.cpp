@@ -10,7 +10,7 @@
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_map {
 
 using namespace detail;
 
@@ -205,4 +205,4 @@ TEST_CASE("a stem is a point with its radius and the sigma of its position") {
   CHECK(point_traits<stem>::position_sigma(s) == 0.03);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_map

@@ -15,7 +15,7 @@
 #include "support/message_of.hpp"
 #include "support/scan_files.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_map_io {
 
 using namespace detail;
 
@@ -285,4 +285,4 @@ TEST_CASE("maps of real scans are read back and registered with the same bits", 
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_map_io

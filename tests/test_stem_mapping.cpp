@@ -14,7 +14,7 @@
 #include "support/stem_files.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_mapping {
 
 using namespace detail;
 
@@ -468,4 +468,4 @@ TEST_CASE("an up of any length is made a unit vector") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_mapping

@@ -12,7 +12,7 @@
 #include "stem_scenes.hpp"
 #include "support/stem_files.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_matching {
 
 using namespace detail;
 
@@ -829,4 +829,4 @@ TEST_CASE("a transform that is not finite, and six degrees of freedom without he
   CHECK(score_transform(positions{}, stems, Eigen::Isometry3d::Identity()).correspondences.empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_matching

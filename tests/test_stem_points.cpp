@@ -11,7 +11,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_points {
 
 using namespace detail;
 
@@ -109,4 +109,4 @@ TEST_CASE("an understory without points has no stem points, and counts none") {
   CHECK(map.spacing_near == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_points

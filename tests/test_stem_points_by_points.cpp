@@ -11,7 +11,7 @@
 #include "globalmatch/detail/core/random.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_points_by_points {
 
 using namespace detail;
 
@@ -102,4 +102,4 @@ TEST_CASE("an understory without points has no stem points by points") {
   CHECK(map.funnel.stem_points == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_points_by_points

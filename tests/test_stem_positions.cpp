@@ -11,7 +11,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_positions {
 
 using namespace detail;
 
@@ -272,4 +272,4 @@ TEST_CASE("a located stem has the radius and its uncertainty at breast height, i
         Approx(std::hypot(2.3 * axis_uncertainty(found.covariance, along), lean * s->height_sigma)));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_positions

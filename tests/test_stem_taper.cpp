@@ -10,7 +10,7 @@
 #include "globalmatch/detail/core/statistics.hpp"
 #include "leaning_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_stem_taper {
 
 using namespace detail;
 
@@ -173,4 +173,4 @@ TEST_CASE("the common taper is that of the best seen stems, as a share of their 
   CHECK(*taper == Approx(0.05).epsilon(0.1));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_stem_taper

@@ -18,7 +18,7 @@
 #include "support/stem_files.hpp"
 #include "survey_layouts.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey {
 
 using namespace detail;
 
@@ -720,4 +720,4 @@ TEST_CASE("stem maps whose up is not z are registered about it, those without gr
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey

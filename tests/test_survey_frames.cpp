@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_frames {
 
 using namespace detail;
 
@@ -198,4 +198,4 @@ TEST_CASE("fixed scans have their poses to the bit, and priors beside them are o
   CHECK(s.scans[3].prior_deviations < 1e-3);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_frames

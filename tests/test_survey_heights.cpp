@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_heights {
 
 using namespace detail;
 
@@ -181,4 +181,4 @@ TEST_CASE("maps that stand alone need no heights") {
   CHECK(heights.of_map == std::vector<double>(3, 0));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_heights

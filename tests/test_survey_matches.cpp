@@ -6,7 +6,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_matches {
 
 namespace {
 
@@ -60,4 +60,4 @@ TEST_CASE("a file of matches that is damaged anywhere, or cut off, is refused") 
   CHECK_THROWS_WITH(read(written(uneven)), Catch::Contains("links of each map"));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_matches

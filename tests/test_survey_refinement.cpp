@@ -10,7 +10,7 @@
 #include "globalmatch/survey.hpp"
 #include "made_up_maps.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_refinement {
 
 using namespace detail;
 
@@ -410,4 +410,4 @@ TEST_CASE("components are refined each by itself") {
   CHECK(pose_errors(s, one).height < 0.002);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_refinement

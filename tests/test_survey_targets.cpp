@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_targets {
 
 using namespace detail;
 
@@ -105,4 +105,4 @@ TEST_CASE("targets that make no sense are refused by name") {
   CHECK_NOTHROW(require_valid(options));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_targets

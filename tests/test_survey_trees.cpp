@@ -5,7 +5,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_survey_trees {
 
 using namespace detail;
 
@@ -78,4 +78,4 @@ TEST_CASE("trees without noise are those of the forest") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_survey_trees

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_t_estimates {
 
 using namespace detail;
 
@@ -141,4 +141,4 @@ TEST_CASE("equal observations have the smallest scale, none at all no parameters
   CHECK(std::all_of(empty.parameters.begin(), empty.parameters.end(), [](double p) { return p == 0; }));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_t_estimates

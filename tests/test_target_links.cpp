@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_target_links {
 
 using namespace detail;
 
@@ -157,4 +157,4 @@ TEST_CASE("maps that lean a little are linked by targets at different heights") 
   CHECK(links[0].targets.size() == 4);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_target_links

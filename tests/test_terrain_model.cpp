@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "forest_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_terrain_model {
 
 using namespace detail;
 
@@ -83,4 +83,4 @@ TEST_CASE("how many cells of a node hold points: four in a dense scan, one in a 
   CHECK(held_cells_a_node(cells) == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_terrain_model

@@ -20,7 +20,7 @@
 #include "loops.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_threads {
 
 using loops::chunked_sum;
 using loops::clock;
@@ -342,4 +342,4 @@ TEST_CASE("where the system starts no threads, the work is done by those that th
 }
 #endif
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_threads

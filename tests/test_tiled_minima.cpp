@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_tiled_minima {
 
 using namespace detail;
 
@@ -128,4 +128,4 @@ TEST_CASE("what is no number, infinite or further than any plot is out of range 
   CHECK(minima.tiles().size() == 2);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_tiled_minima

@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_transform {
 
 using namespace detail;
 
@@ -174,4 +174,4 @@ TEST_CASE("fit_transform refuses sizes that differ") {
   CHECK_THROWS_AS(fit_transform(two, two, four, std::vector<double>{1.0}), std::invalid_argument);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_transform

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_transform_votes {
 
 using namespace detail;
 
@@ -128,4 +128,4 @@ TEST_CASE("a width of more than a turn leaves the stem alone to distinguish, one
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_transform_votes

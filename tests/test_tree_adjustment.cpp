@@ -11,7 +11,7 @@
 #include "catch.hpp"
 #include "made_up_surveys.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_tree_adjustment {
 
 using namespace detail;
 
@@ -233,4 +233,4 @@ TEST_CASE("covariances are calibrated also where two maps share few trees") {
   CHECK(std::sqrt(squares / surveys) < 1.4);  // as of Student's t
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_tree_adjustment

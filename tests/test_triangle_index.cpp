@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_triangle_index {
 
 using namespace detail;
 
@@ -118,4 +118,4 @@ TEST_CASE("the index is the same for any number of threads") {
   CHECK(in_order(8) == expected);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_triangle_index

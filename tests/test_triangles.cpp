@@ -12,7 +12,7 @@
 #include "position_types.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_triangles {
 
 using namespace detail;
 
@@ -317,4 +317,4 @@ TEST_CASE("the horizontal width is over the edge that is longest horizontally, n
   CHECK(t.horizontal_width == Approx(3 / std::hypot(5, 3)));
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_triangles

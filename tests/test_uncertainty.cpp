@@ -12,7 +12,7 @@
 #include "noisy_match.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_uncertainty {
 
 using namespace detail;
 
@@ -244,4 +244,4 @@ TEST_CASE("a covariance in the frame of the caller is turned back with its axes"
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_uncertainty

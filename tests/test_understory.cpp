@@ -5,7 +5,7 @@
 #include "forest_scenes.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_understory {
 
 using namespace detail;
 
@@ -152,4 +152,4 @@ TEST_CASE("selecting the understory can be cancelled") {
       operation_cancelled);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_understory

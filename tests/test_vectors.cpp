@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "oracles/eigen_bits.hpp"
 
-namespace globalmatch::detail {
+namespace globalmatch::detail::test_vectors {
 
 using namespace oracles;
 
@@ -91,4 +91,4 @@ TEST_CASE("vec2 has the bits of Vector2d") {
   });
 }
 
-}  // namespace globalmatch::detail
+}  // namespace globalmatch::detail::test_vectors

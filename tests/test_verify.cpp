@@ -12,7 +12,7 @@
 #include "stem_scenes.hpp"
 #include "uneven_stems.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_verify {
 
 using namespace detail;
 
@@ -160,4 +160,4 @@ TEST_CASE("the worst correspondences are dropped one after the other, until all 
   CHECK(drop_outliers(maps, {}, 0.1).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_verify

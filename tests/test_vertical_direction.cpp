@@ -7,7 +7,7 @@
 #include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_vertical_direction {
 
 using namespace detail;
 
@@ -98,4 +98,4 @@ TEST_CASE("the uncertainty of the vertical is the noise of the axes over the roo
   CHECK(sigmas == Approx(std::sqrt(squares / 2)).epsilon(0.15));  // in one direction
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_vertical_direction

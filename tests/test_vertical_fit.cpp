@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_vertical_fit {
 
 using namespace detail;
 
@@ -279,4 +279,4 @@ TEST_CASE("stems whose heights are less certain count less") {
   CHECK(std::abs(height_error(pair.h.target_from_source, truth, stems)) < 0.15);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_vertical_fit

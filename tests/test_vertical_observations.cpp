@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_vertical_observations {
 
 using namespace detail;
 
@@ -56,4 +56,4 @@ TEST_CASE("relative sigmas are 1 for the median, and at most so much smaller for
   CHECK(relative_sigmas({}).empty());
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_vertical_observations

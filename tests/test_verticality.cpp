@@ -12,7 +12,7 @@
 #include "forest_scenes.hpp"
 #include "globalmatch/detail/mapping/cell_sorter.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_verticality {
 
 using namespace detail;
 
@@ -126,4 +126,4 @@ TEST_CASE("the verticality from sums is that of the normal of principal componen
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_verticality

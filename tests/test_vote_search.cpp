@@ -14,7 +14,7 @@
 #include "globalmatch/detail/matching/prepared_stems.hpp"
 #include "stem_scenes.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_vote_search {
 
 using namespace detail;
 
@@ -141,4 +141,4 @@ TEST_CASE("votes of maps without triangles, or with stems at one place, are none
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_vote_search

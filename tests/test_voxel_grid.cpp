@@ -5,7 +5,7 @@
 #include "oracles/naive_voxel_grid.hpp"
 #include "support/message_of.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_voxel_grid {
 
 using namespace detail;
 
@@ -83,4 +83,4 @@ TEST_CASE("a voxel size that is not positive is refused by name") {
   }
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_voxel_grid

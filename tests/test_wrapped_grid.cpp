@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch {
+namespace globalmatch::test_wrapped_grid {
 
 using namespace detail;
 
@@ -177,4 +177,4 @@ TEST_CASE("the mean occupancy counts the points in the cell of each point") {
   CHECK(grid_of(std::vector<point2>{}, 1.0).mean_occupancy() == 0);
 }
 
-}  // namespace globalmatch
+}  // namespace globalmatch::test_wrapped_grid

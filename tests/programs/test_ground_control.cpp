@@ -16,7 +16,7 @@
 #include "support/stem_files.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_ground_control {
 
 using Catch::Matchers::Contains;
 
@@ -297,4 +297,4 @@ TEST_CASE("tilted scans are refined beside the control as well as without it") {
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_ground_control

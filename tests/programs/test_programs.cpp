@@ -15,7 +15,7 @@
 #include "support/temporary_directory.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_programs {
 
 using namespace detail;
 
@@ -345,4 +345,4 @@ TEST_CASE("simulate_plot takes a scene by name, with further options before or a
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_programs

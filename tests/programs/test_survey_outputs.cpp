@@ -16,7 +16,7 @@
 #include "support/scan_files.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_outputs {
 
 using Catch::Matchers::Contains;
 
@@ -133,4 +133,4 @@ TEST_CASE("register_survey replaces no scan by what it writes, and refuses what 
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_outputs

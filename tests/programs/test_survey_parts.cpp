@@ -25,7 +25,7 @@
 #include <thread>
 #endif
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_parts {
 
 using Catch::Matchers::Contains;
 
@@ -238,4 +238,4 @@ TEST_CASE("maps of another build are refused by name where others work with them
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_parts

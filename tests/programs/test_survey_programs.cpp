@@ -16,7 +16,7 @@
 #include "support/stem_files.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_programs {
 
 using Catch::Matchers::Contains;
 
@@ -240,4 +240,4 @@ TEST_CASE("register_survey refines scans by their samples, and no pair twice") {
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_programs

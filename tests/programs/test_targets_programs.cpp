@@ -11,7 +11,7 @@
 #include "programs/written_surveys.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_targets_programs {
 
 using Catch::Matchers::Contains;
 
@@ -106,4 +106,4 @@ TEST_CASE("register_survey refuses tables of targets that make no sense") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_targets_programs

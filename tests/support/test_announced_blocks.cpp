@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_announced_blocks {
 
 namespace {
 
@@ -42,4 +42,4 @@ TEST_CASE("one block may hold other points than it announces, and rows before a 
   CHECK_FALSE(announced);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_announced_blocks

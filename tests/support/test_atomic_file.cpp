@@ -10,7 +10,7 @@
 #include "file_checks.hpp"
 #include "support/process_identity.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_atomic_file {
 
 namespace {
 
@@ -130,4 +130,4 @@ TEST_CASE("temporary files of a process that has ended are removed, those of oth
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_atomic_file

@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "support/file_error.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_build_record {
 
 using Catch::Matchers::Contains;
 
@@ -17,4 +17,4 @@ TEST_CASE("a file of this build is taken, of another build or instruction set re
   CHECK_THROWS_AS(require_this_build("a.gmap", own, "other"), file_error);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_build_record

@@ -9,7 +9,7 @@
 #include "las_checks.hpp"
 #include "made_las_records.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_class_counts {
 
 namespace {
 
@@ -157,4 +157,4 @@ TEST_CASE("damage that shows while returns and classes are counted is an error")
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_class_counts

@@ -8,7 +8,7 @@
 #include "support/file_error.hpp"
 #include "temporary_directory.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_content_hash {
 
 namespace {
 
@@ -82,4 +82,4 @@ TEST_CASE("a note that is damaged, and one of another file, are not taken") {
   CHECK_THROWS_AS(notes.hash_of(a), file_error);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_content_hash

@@ -9,7 +9,7 @@
 #include "support/scan_writer.hpp"
 #include "written_scans.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_e57_attributes {
 
 TEST_CASE("an E57 scan gives its attributes, in the units of LAS where that has them") {
   const temporary_directory directory;
@@ -27,4 +27,4 @@ TEST_CASE("an E57 scan gives its attributes, in the units of LAS where that has 
   CHECK(values_of(written, "rowIndex") == std::vector<double>{-5, 70'000});
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_e57_attributes

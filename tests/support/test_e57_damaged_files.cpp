@@ -11,7 +11,7 @@
 #include "file_checks.hpp"
 #include "support/e57.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_e57_damaged_files {
 
 namespace {
 
@@ -157,4 +157,4 @@ process.stdout.write(glue.convertE57(new Uint8Array(readFileSync(file)), "XYZ"))
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_e57_damaged_files

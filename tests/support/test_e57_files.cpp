@@ -9,7 +9,7 @@
 #include "e57_writer.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_e57_files {
 
 namespace {
 
@@ -221,4 +221,4 @@ TEST_CASE("an E57 scan of more points than the file has bytes is refused, howeve
   require_error(directory.file("b.e57", bytes), read_e57, "more than it has bytes", "again");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_e57_files

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_file_bytes {
 
 TEST_CASE("bytes of a file are read at any place, by several threads at once") {
   const temporary_directory directory;
@@ -52,4 +52,4 @@ TEST_CASE("a file that is cut off while it is open is an error") {
       path, [&](const auto&) { file.read(0, bytes); }, "ends before", "again");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_file_bytes

@@ -6,7 +6,7 @@
 #include "file_checks.hpp"
 #include "support/las_header.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_las_fields {
 
 TEST_CASE("fields of each point format are in its record and have names of their own") {
   for (unsigned format = 0; format <= 10; ++format) {
@@ -57,4 +57,4 @@ TEST_CASE("descriptions beyond the record are left out, and arrays become their 
   CHECK(extra_fields(std::string(10 * extra_description_size, '\xFF'), 20, 20).empty());
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_las_fields

@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "las_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_las_files {
 
 namespace {
 
@@ -203,4 +203,4 @@ TEST_CASE("a LAS header that makes no sense is refused") {
   require_damaged(at_points, std::uint32_t(100));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_las_files

@@ -9,7 +9,7 @@
 #include "support/laz_chunk_decoder.hpp"
 #include "written_scans.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_laz_chunk_writer {
 
 namespace {
 
@@ -122,4 +122,4 @@ TEST_CASE("no points are an empty table of chunks") {
   CHECK(bytes == expected);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_laz_chunk_writer

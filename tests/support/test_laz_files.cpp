@@ -9,7 +9,7 @@
 #include "made_las_records.hpp"
 #include "support/scalars.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_laz_files {
 
 namespace {
 
@@ -193,4 +193,4 @@ TEST_CASE("a prefix of a compressed file, and one with a wrong byte, has points 
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_laz_files

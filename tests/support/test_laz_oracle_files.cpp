@@ -8,7 +8,7 @@
 #include "las_checks.hpp"
 #include "support/scalars.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_laz_oracle_files {
 
 namespace {
 
@@ -88,4 +88,4 @@ TEST_CASE("compressed points are those of laz-perf and copc") {
   CHECK(compared >= 7);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_laz_oracle_files

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_makers_formats {
 
 using namespace std::string_view_literals;
 using Catch::Matchers::Contains;
@@ -42,4 +42,4 @@ TEST_CASE("text, and binary files of other names, are no makers' formats") {
   CHECK_FALSE(recognise_makers_format("\1\2\3\0"sv, "scan"));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_makers_formats

@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_near_names {
 
 TEST_CASE("the distance of two texts counts letters to insert, remove or replace") {
   CHECK(edit_distance("", "") == 0);
@@ -25,4 +25,4 @@ TEST_CASE("a name that is near is suggested, whatever its case and extension, el
   CHECK(suggest_name("any", {}) == "there are none");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_near_names

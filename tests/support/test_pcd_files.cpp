@@ -5,7 +5,7 @@
 #include "file_checks.hpp"
 #include "support/scan_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_pcd_files {
 
 namespace {
 
@@ -158,4 +158,4 @@ TEST_CASE("a PCD header that makes no sense is refused") {
           "decimal point");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_pcd_files

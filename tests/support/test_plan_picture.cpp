@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_plan_picture {
 
 namespace {
 
@@ -124,4 +124,4 @@ TEST_CASE("arguments of a plan that do not fit are invalid, and no file is left"
   require_invalid({.source = {source}, .target = {target}, .matches = beyond_source});
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_plan_picture

@@ -5,7 +5,7 @@
 #include "file_checks.hpp"
 #include "support/scan_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_ply_files {
 
 namespace {
 
@@ -205,4 +205,4 @@ TEST_CASE("an ascii PLY line that lacks a number is refused with its line") {
   require_error(directory.file("word.ply", start + "1 2 three\n4 5 6\n"), read_scan, "line 9", "Export");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_ply_files

@@ -8,7 +8,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_point_records {
 
 namespace {
 
@@ -71,4 +71,4 @@ TEST_CASE("records that the file has no room for are an error before any is read
   require_error(path, open(0, std::numeric_limits<std::size_t>::max()), "ends before", "again");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_point_records

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_process_identity {
 
 TEST_CASE("a process that runs, and one of another host, are not known to have ended") {
   const process_identity own = process_identity::own();
@@ -13,4 +13,4 @@ TEST_CASE("a process that runs, and one of another host, are not known to have e
   CHECK_FALSE(has_ended({own.host, 0}));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_process_identity

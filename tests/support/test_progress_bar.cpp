@@ -5,7 +5,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_progress_bar {
 
 TEST_CASE("the bar shows the stage and its share, and is gone at the end") {
   std::ostringstream out;
@@ -24,4 +24,4 @@ TEST_CASE("the bar shows the stage and its share, and is gone at the end") {
   CHECK_THAT(out.str(), Catch::EndsWith(" \r"));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_progress_bar

@@ -2,7 +2,7 @@
 #include "file_checks.hpp"
 #include "support/pts.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_pts_files {
 
 namespace {
 
@@ -96,4 +96,4 @@ TEST_CASE("a PTS file with any byte changed, or cut anywhere, is refused or read
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_pts_files

@@ -4,7 +4,7 @@
 #include "file_checks.hpp"
 #include "support/ptx.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_ptx_files {
 
 namespace {
 
@@ -121,4 +121,4 @@ TEST_CASE("a PTX file with any byte changed, or cut anywhere, is refused or read
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_ptx_files

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_record_fields {
 
 namespace {
 
@@ -79,4 +79,4 @@ TEST_CASE("one type holds all values of another, or it does not") {
   CHECK_FALSE(holds_all_of(scalar::int64, scalar::float32));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_record_fields

@@ -10,7 +10,7 @@
 #include "catch.hpp"
 #include "support/scan_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_reports {
 
 namespace {
 
@@ -103,4 +103,4 @@ TEST_CASE("stems at the place of others are warned of, by map") {
   CHECK(warnings_of(result)[0].text.starts_with("target: 2 of 0 stems"));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_reports

@@ -2,7 +2,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_run_record {
 
 TEST_CASE("a run records the options that it used, also those that were not given") {
   CLI::App app("what it does", "program");
@@ -25,4 +25,4 @@ TEST_CASE("a run records the options that it used, also those that were not give
   CHECK(record["globalmatch"]["version"].is_string());
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_run_record

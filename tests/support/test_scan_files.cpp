@@ -12,7 +12,7 @@
 #include "file_checks.hpp"
 #include "forest_scenes.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scan_files {
 
 static_assert(point_range<scan_file> && std::ranges::random_access_range<const scan_file>);
 
@@ -231,4 +231,4 @@ TEST_CASE("the real scans hold the points that their headers announce") {
   CHECK(box.sizes().head<2>().maxCoeff() < 20);  // a plot of 10 m x 10 m, turned
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scan_files

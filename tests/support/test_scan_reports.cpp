@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "support/class_counts.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scan_reports {
 
 TEST_CASE("what is not known of a scan is null in its report") {
   const auto report = describe({.format = "text"}, {});
@@ -33,4 +33,4 @@ TEST_CASE("of many classes the line names the first ones, and the report all") {
   CHECK(describe({}, summary)["classes"].size() == 256);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scan_reports

@@ -6,7 +6,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scan_sets {
 
 namespace {
 
@@ -104,4 +104,4 @@ TEST_CASE("tiles of one scan are passed one after the other") {
   CHECK(read == expected);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scan_sets

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scan_summary {
 
 TEST_CASE("a summary counts points with coordinates, and tells their extent and density around the scanner") {
   const temporary_directory directory;
@@ -63,4 +63,4 @@ TEST_CASE(
   CHECK(summarise(scan, Eigen::Vector3d(432050, 5300050, 0)).density->at(2) == Approx(1).epsilon(0.15));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scan_summary

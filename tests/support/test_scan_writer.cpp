@@ -10,7 +10,7 @@
 #include "support/scan_sets.hpp"
 #include "written_scans.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scan_writer {
 
 namespace {
 
@@ -290,4 +290,4 @@ TEST_CASE("more scans than a byte can number are told apart in LAS") {
   for (std::size_t i = 0; i < numbers.size(); ++i) CHECK(numbers[i] == double(i + 1));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scan_writer

@@ -6,7 +6,7 @@
 #include "support/file_error.hpp"
 #include "written_scans.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scans_on_demand {
 
 TEST_CASE("scans of which one at a time is open have the points and attributes of open ones") {
   const temporary_directory directory;
@@ -40,4 +40,4 @@ TEST_CASE("a scan that has changed or gone since it was named is said to be") {
   CHECK_THROWS_AS(open_on_demand(directory / "absent.las", opener), file_error);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scans_on_demand

@@ -13,7 +13,7 @@
 #include "support/process_identity.hpp"
 #include "temporary_directory.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_stage_lock {
 
 using namespace std::chrono_literals;
 
@@ -76,4 +76,4 @@ TEST_CASE("a lock that another process has taken is left to that") {
   CHECK(bytes_of(directory / "a.lock") == other);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_stage_lock

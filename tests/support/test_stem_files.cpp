@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_stem_files {
 
 namespace {
 
@@ -194,4 +194,4 @@ TEST_CASE("the stem maps of real forests are read") {
   CHECK(read_stems(maps / "rioja_01_tls.csv").stems.size() == 35);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_stem_files

@@ -9,7 +9,7 @@
 
 #include "catch.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_constraints {
 
 using Catch::Matchers::Contains;
 
@@ -92,4 +92,4 @@ TEST_CASE("priors of scans that there are not are left out, and named") {
   CHECK_THAT(complaint, Contains("scan_7: no scan of that name") && Contains("is it scan_"));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_constraints

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_control {
 
 using detail::random_source;
 
@@ -89,4 +89,4 @@ TEST_CASE("trees that the control alone holds are left out, and its component wh
   CHECK_FALSE(scale_of_control(scene.result, scene.work));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_control

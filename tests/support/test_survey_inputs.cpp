@@ -9,7 +9,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_survey_inputs {
 
 namespace {
 
@@ -111,4 +111,4 @@ TEST_CASE("the parts of a survey hold each input once, and what is no part is re
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_survey_inputs

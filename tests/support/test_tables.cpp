@@ -11,7 +11,7 @@
 #include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_tables {
 
 namespace {
 
@@ -181,4 +181,4 @@ TEST_CASE("the small inputs that people have are read as what they are") {
     }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_tables

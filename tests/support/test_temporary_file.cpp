@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_temporary_file {
 
 namespace {
 
@@ -54,4 +54,4 @@ TEST_CASE("a stream that cannot be read is an error that names it") {
 }
 #endif
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_temporary_file

@@ -2,7 +2,7 @@
 #include "file_checks.hpp"
 #include "support/scan_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_text_scans {
 
 namespace {
 
@@ -115,4 +115,4 @@ TEST_CASE("a text scan with fewer points than it announces is refused") {
   require_error(directory.file("b.pts", "1000000000000000000\n1 2 3\n"), read_scan, "announces", "truncated");
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_text_scans

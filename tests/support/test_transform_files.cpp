@@ -3,7 +3,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_transform_files {
 
 TEST_CASE("a written transform is read as the same bits") {
   const temporary_directory directory;
@@ -59,4 +59,4 @@ TEST_CASE("the true transforms of the real scans are rigid") {
     CHECK_NOTHROW(read_transform(clouds / (std::string(pair) + "_gt.txt")));
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_transform_files

@@ -10,7 +10,7 @@
 #include "file_checks.hpp"
 #include "support/transform_files.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_transform_forms {
 
 namespace {
 
@@ -112,4 +112,4 @@ TEST_CASE("forms of other names are refused, and without a transform earlier one
   CHECK(directory.count_files() == 0);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_transform_forms

@@ -11,7 +11,7 @@
 #include "support/scan_files.hpp"
 #include "temporary_directory.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_voxel_thinning {
 
 namespace {
 
@@ -90,4 +90,4 @@ TEST_CASE("voxels that are no lengths, or too small for the extent, are refused"
   CHECK(first_in_voxels({}, 0.1, 1).empty());
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_voxel_thinning

@@ -7,7 +7,7 @@
 #include "catch.hpp"
 #include "file_checks.hpp"
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_wildcards {
 
 namespace {
 
@@ -60,4 +60,4 @@ TEST_CASE("patterns may be in the names of folders, and names without wildcards 
         std::vector<std::filesystem::path>{"none", "-", directory / "plot_a"});
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_wildcards

@@ -9,7 +9,7 @@
 #include <array>
 #include <vector>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_frozen_scenes {
 namespace {
 
 using Eigen::Vector3d;
@@ -133,4 +133,4 @@ TEST_CASE("scans of frozen scenes, cut small, are what they were when they were 
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_frozen_scenes

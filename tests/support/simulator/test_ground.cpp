@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_ground {
 namespace {
 
 using namespace detail;
@@ -96,4 +96,4 @@ TEST_CASE("make_terrain refuses options that make no sense, by name") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_ground

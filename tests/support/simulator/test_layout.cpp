@@ -8,7 +8,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_layout {
 namespace {
 
 using Eigen::Vector2d;
@@ -109,4 +109,4 @@ TEST_CASE("tree_places refuses options that make no sense, by name") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_layout

@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_plot {
 namespace {
 
 using Eigen::Vector2d;
@@ -263,4 +263,4 @@ TEST_CASE("place_stations refuses options that make no sense, by name") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_plot

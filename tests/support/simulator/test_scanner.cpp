@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_scanner {
 namespace {
 
 using namespace detail;
@@ -289,4 +289,4 @@ TEST_CASE("scanners refuse options that make no sense, by name") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_scanner

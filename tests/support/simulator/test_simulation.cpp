@@ -10,7 +10,7 @@
 #include <cmath>
 #include <set>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_simulation {
 namespace {
 
 using Eigen::Vector3d;
@@ -189,4 +189,4 @@ TEST_CASE("docs/scenes.md holds the list of scenes word for word") {
   CHECK(bytes_of(GLOBALMATCH_SCENES_PAGE).find(scene_table()) != std::string::npos);
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_simulation

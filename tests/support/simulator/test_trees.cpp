@@ -12,7 +12,7 @@
 #include <cmath>
 #include <numeric>
 
-namespace globalmatch::support {
+namespace globalmatch::support::test_trees {
 namespace {
 
 using namespace detail;
@@ -185,4 +185,4 @@ TEST_CASE("tree options that make no sense are refused by name") {
   }
 }
 
-}  // namespace globalmatch::support
+}  // namespace globalmatch::support::test_trees
