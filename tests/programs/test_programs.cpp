@@ -316,7 +316,7 @@ TEST_CASE("simulate_plot with fewer stations than before leaves no scan of the e
   const temporary_directory directory;
   directory.file("scan_mine.ply", "mine");
   REQUIRE(call(directory, "simulate_plot", ". --stations 3 --angular-step 2").status == 0);
-  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 2 --mobile").status == 0);
+  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 2").status == 0);
   for (const char* gone : {"scan_3.ply", "pose_3.txt"}) CHECK(!std::filesystem::exists(directory / gone));
   for (const char* there : {"scan_2.ply", "pose_2.txt", "scan_mine.ply"})
     CHECK(std::filesystem::exists(directory / there));
