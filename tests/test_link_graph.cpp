@@ -13,7 +13,6 @@ using namespace detail;
 namespace {
 
 constexpr double sufficient = -10;
-constexpr std::size_t none = ~std::size_t(0);
 
 /// A transform of the link as an affine one, source to target or the other way.
 Eigen::Isometry2d transform_of(const survey_link& l, std::uint32_t from) {

@@ -59,7 +59,7 @@ TEST_CASE("maps that differ only by chance have one deviation") {
   CHECK(std::count(found.begin(), found.end(), found[0]) >= 9);
 }
 
-TEST_CASE("a link that no cycle supports says nothing of maps that others tell of") {
+TEST_CASE("a link that no cycle supports makes no map inexact that others show to be exact") {
   const std::vector<double> truth = {0.02, 0.02, 0.02, 0.3};
   std::vector<link_variance> links;
   for (std::uint32_t t = 0; t < 3; ++t)

@@ -326,7 +326,7 @@ TEST_CASE(
       turn(0.05, Eigen::Vector3d::UnitX())};
   for (std::size_t e = 0; e < errors.size(); ++e) {
     survey_options options;
-    for (const std::size_t m : {0, 3, 9}) options.fixed.push_back({m, maps[m].stand_from_scan});
+    for (const std::size_t m : {0u, 3u, 9u}) options.fixed.push_back({m, maps[m].stand_from_scan});
     options.fixed[1].survey_from_scan = options.fixed[1].survey_from_scan * errors[e];
     const survey result = register_survey(stems_of(maps), options);
     CHECK(result.scans[3].fixed_distance > 0.05);

@@ -187,7 +187,7 @@ TEST_CASE("fixed scans have their poses to the bit, and priors beside them are o
   survey_options options;
   options.priors = priors_under(s, truth, 0, random);
   options.priors[1].position.x() += 1;
-  for (const std::size_t held : {0, 2}) s.scans[held].uncertainty->covariance.setZero();
+  for (const std::size_t held : {0u, 2u}) s.scans[held].uncertainty->covariance.setZero();
   options.fixed = {{2, truth * s.scans[2].survey_from_scan}, {0, truth * s.scans[0].survey_from_scan}};
   use_known_frames(s, options, [](int component) {
     return component == 0 ? std::optional<std::size_t>(2) : std::nullopt;

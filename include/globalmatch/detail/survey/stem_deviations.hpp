@@ -49,22 +49,6 @@ struct link_variance {
   bool is_supported = true;  ///< by a cycle
 };
 
-/// Which links say something of a map: those that a cycle supports, since others may be wrong; all where it
-/// has none of these.
-class telling_links {
- public:
-  telling_links(std::span<const link_variance> links, std::size_t maps) : has_supported_(maps, false) {
-    for (const link_variance& l : links)
-      if (l.is_supported) has_supported_[l.source] = has_supported_[l.target] = true;
-  }
-  bool operator()(const link_variance& l, std::size_t map) const {
-    return l.is_supported || !has_supported_[map];
-  }
-
- private:
-  std::vector<bool> has_supported_;
-};
-
 /// The variance of each map, of which links tell sums: halfway to the median of what its links say, again and
 /// again, since two maps would exchange theirs for ever.
 inline std::vector<double> separate_variances(std::span<const std::vector<shared_variance>> of_links,
@@ -87,16 +71,19 @@ inline std::vector<double> separate_variances(std::span<const std::vector<shared
 
 /// Raises the variances of two maps that agree worse than those say that they should, significantly: maps
 /// that repeat each other's errors, as extracts of one census do, seem exact until another one is beside
-/// them.
-inline void raise_to_links(std::span<const link_variance> links, const telling_links& tells,
-                           std::span<double> variances) {
+/// them. A link that no cycle supports, and that may be wrong, raises no map that has others.
+inline void raise_to_links(std::span<const link_variance> links, std::span<double> variances) {
   constexpr double deviations = 3;
   const std::vector<double> before(variances.begin(), variances.end());
+  std::vector<bool> has_supported(variances.size(), false);
+  for (const link_variance& l : links)
+    if (l.is_supported) has_supported[l.source] = has_supported[l.target] = true;
   for (const link_variance& l : links) {
     const double expected = before[l.source] + before[l.target];
     if (l.sum * (1 - deviations / std::sqrt(l.pairs)) <= expected) continue;
     for (const std::uint32_t m : {l.source, l.target})
-      if (tells(l, m)) variances[m] = std::max(variances[m], before[m] + (l.sum - expected) / 2);
+      if (l.is_supported || !has_supported[m])
+        variances[m] = std::max(variances[m], before[m] + (l.sum - expected) / 2);
   }
 }
 
@@ -109,18 +96,15 @@ inline std::vector<double> deviations_of_maps(std::span<const link_variance> lin
   constexpr double variance_of_log = 8;  // times the pairs: medians, of differences to neighbors
   std::vector<std::vector<shared_variance>> of_links(maps);
   std::vector<double> pairs(maps, 0), all;  // of stems
-  const telling_links tells(links, maps);
   for (const link_variance& l : links) {
     const double sum = std::max(2 * least, l.sum);  // of maps that agree to the bit
-    for (const auto& [m, neighbor] : {std::pair(l.source, l.target), std::pair(l.target, l.source)}) {
-      if (!tells(l, m)) continue;
-      of_links[m].push_back({neighbor, sum});
-      pairs[m] += l.pairs;
-    }
+    of_links[l.source].push_back({l.target, sum});
+    of_links[l.target].push_back({l.source, sum});
+    for (const std::uint32_t m : {l.source, l.target}) pairs[m] += l.pairs;
     all.push_back(sum / 2);
   }
   std::vector<double> variances = separate_variances(of_links, all.empty() ? least : median(all));
-  raise_to_links(links, tells, variances);
+  raise_to_links(links, variances);
   all.clear();
   for (std::size_t m = 0; m < maps; ++m)
     if (!of_links[m].empty()) all.push_back(variances[m]);
