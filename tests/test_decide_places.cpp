@@ -90,8 +90,7 @@ TEST_CASE("maps that hang together apart from the others are each decided by the
   std::vector<std::uint32_t> others = all_of(9);
   std::erase_if(others, is_apart);
   const adjusted_survey adjusted = adjust_to_trees(s.grid.maps, s.placed, s.links, {others, {alone, beside}});
-  std::vector<std::size_t> decided =
-      decide_places(s.grid.maps, s.links, s.placed, adjusted, 0, max_of_link);
+  std::vector<std::size_t> decided = decide_places(s.grid.maps, s.links, s.placed, adjusted, 0, max_of_link);
   std::sort(decided.begin(), decided.end());
   CHECK(decided == expected);
 }

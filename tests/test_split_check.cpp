@@ -57,8 +57,8 @@ TEST_CASE("shared stems are those whose tree others see, at the place where thes
   const auto poses = scenes::grid_of_maps(3, random);
   const auto forest = scenes::forest_around_grid(3, 200, random);
   const auto seen = scenes::see_from(poses, forest, 20, 0, random);
-  const tree_observations trees =
-      find_trees(seen.maps, std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8}, poses, scenes::tree_radii(9));
+  const tree_observations trees = find_trees(seen.maps, std::vector<std::uint32_t>{0, 1, 2, 3, 4, 5, 6, 7, 8},
+                                             poses, scenes::tree_radii(9));
   std::vector<double> weights(trees.stems.size(), 1);
   const auto all = shared_stems(seen.maps, poses, trees, weights);
   REQUIRE(all.size() == 9);

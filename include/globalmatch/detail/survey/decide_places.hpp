@@ -1,6 +1,6 @@
-// Maps that links do not join to the main component, or place at several places in it: decided by the trees of
-// all its maps, where these distinguish the places. In: a solved survey. Out: links that are used, of those
-// maps.
+// Maps that links do not join to the main component, or place at several places in it: decided by the trees
+// of all its maps, where these distinguish the places. In: a solved survey. Out: links that are used, of
+// those maps.
 #pragma once
 
 #include <algorithm>
