@@ -94,8 +94,17 @@ inline local_survey solve_used_links(std::span<const prepared_stems> maps, std::
   return s;
 }
 
+inline std::size_t maps_alone(const local_survey& s) {
+  return std::size_t(
+      std::count_if(s.members.begin(), s.members.end(), [](const auto& of) { return of.size() == 1; }));
+}
+/// Whether maps lost their places: more stand alone, or there are more components.
+inline bool loses_places(const local_survey& s, const local_survey& before) {
+  return maps_alone(s) > maps_alone(before) || s.members.size() > before.members.size();
+}
+
 /// The same, and again with links of maps outside the main component that its trees decide, as long as that
-/// joins components.
+/// joins components and no map loses its place.
 inline local_survey solve_links(std::span<const prepared_stems> maps, std::vector<survey_link>&& links,
                                 const known_poses& known, const target_observations& targets,
                                 double max_log10_nfa) {
@@ -110,9 +119,9 @@ inline local_survey solve_links(std::span<const prepared_stems> maps, std::vecto
     std::vector<survey_link> with_decided = s.links;
     for (const std::size_t l : decided) with_decided[l].used = true;
     local_survey joined = solve_used_links(maps, std::move(with_decided), known, targets);
-    if (joined.members.size() >= s.members.size()) return s;
+    if (joined.members.size() == s.members.size() || loses_places(joined, s)) return s;
     for (std::size_t m = 0; m < maps.size(); ++m) joined.placed.ambiguous[m] |= s.placed.ambiguous[m];
-    joined.placed.tried = std::move(s.placed.tried);
+    for (std::size_t l = 0; l < joined.links.size(); ++l) joined.placed.tried[l] |= s.placed.tried[l];
     s = std::move(joined);
   }
   return s;
@@ -159,7 +168,7 @@ inline local_survey hold_known_poses(local_survey&& solved, const std::vector<su
   if (!hold_agreeing(compare, solved.members, known, distances)) return std::move(solved);
   local_survey held =
       solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
-  if (held.members.size() <= solved.members.size()) return held;
+  if (!loses_places(held, solved)) return held;
   known.release_all();
   return solve_links(solved.maps, std::vector<survey_link>(links), known, targets, max_log10_nfa);
 }
