@@ -95,6 +95,20 @@ TEST_CASE("maps that hang together apart from the others are each decided by the
   CHECK(decided == expected);
 }
 
+TEST_CASE("maps of one component that are decided for different places of it join nothing") {
+  const auto at = [](std::uint32_t map, double x) {
+    return decided_map{map, {{{x, 0}, 0}, {0, 0}, 0}, {map}};
+  };
+  components parts;
+  parts.of = {0, 1, 1, 2, 2, 2, 3};
+  parts.reference = {0, 1, 3, 6};
+  std::vector<decided_map> decided = {at(1, 0), at(2, 30), at(3, 5), at(4, 5.1), at(5, 12), at(6, 8)};
+  keep_agreeing(decided, parts);
+  std::vector<std::uint32_t> kept;
+  for (const decided_map& d : decided) kept.push_back(d.map);
+  CHECK(kept == std::vector<std::uint32_t>{3, 4, 6});
+}
+
 TEST_CASE("maps without links, and all maps where none is apart, are left as they are") {
   grid_without_middle s(3);
   std::erase_if(s.links, grid_without_middle::of_alone);

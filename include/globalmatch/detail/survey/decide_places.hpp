@@ -97,40 +97,75 @@ inline double score_place(const prepared_stems& map, const plan_pose& pose, cons
   return is_there ? h->log10_nfa : 0;
 }
 
-/// Links of maps outside the component `part` by which their stems fit its trees: significantly, and at no
-/// other place that links propose half as well. `max_log10_nfa`: that of a link. Cost: that of a
-/// link for each link of such a map.
+/// A map whose place the trees decide, and the links that lead there.
+struct decided_map {
+  std::uint32_t map;
+  proposed_place moved;  ///< from where the map is in its own component
+  std::vector<std::size_t> links;
+};
+
+/// Where the stems of a map fit the trees of the component `part`, significantly, and at no other place that
+/// links propose half as well; nothing where there is no such place. Cost: that of a link for each of its
+/// links.
+inline std::optional<decided_map> decide_place(std::span<const prepared_stems> maps, const link_graph& graph,
+                                               const placed_maps& placed, const adjusted_survey& adjusted,
+                                               const tree_map& trees, std::uint32_t part, std::uint32_t map,
+                                               double max_log10_nfa) {
+  const auto leads_there = [&](const link_graph::edge& e) { return placed.parts.of[e.neighbor] == part; };
+  const auto place_by = [&](const link_graph::edge& e) {
+    const survey_link& l = graph.link(e);
+    return proposed_place{adjusted.poses[e.neighbor] * graph.neighbor_from(map, e),
+                          l.source == map ? l.center_in_source() : l.center, e.link};
+  };
+  double best = 0, second = 0;
+  std::optional<proposed_place> chosen;
+  for (const auto& e : guess_places(map, graph, adjusted.poses, leads_there)) {
+    const proposed_place place = place_by(e);
+    const double log10_nfa = score_place(maps[map], place.pose, trees);
+    if (log10_nfa < best)
+      second = best, best = log10_nfa, chosen = place;
+    else
+      second = std::min(second, log10_nfa);
+  }
+  if (!chosen || best > max_log10_nfa || 2 * second < best) return std::nullopt;
+  const plan_pose& own = adjusted.poses[map];
+  decided_map decided{map, {chosen->pose * own.inverse(), own * chosen->center, 0}, {}};
+  for (const auto& e : graph.of(map))
+    if (leads_there(e) && agree(*chosen, place_by(e))) decided.links.push_back(e.link);
+  return decided;
+}
+
+/// Leaves of the maps of each component those that agree where it is; none where most do not.
+inline void keep_agreeing(std::vector<decided_map>& decided, const components& parts) {
+  std::vector<std::vector<proposed_place>> of_part(parts.count());
+  for (const decided_map& d : decided) of_part[parts.of[d.map]].push_back(d.moved);
+  std::erase_if(decided, [&](const decided_map& d) {
+    const auto& places = of_part[parts.of[d.map]];
+    const auto count = std::count_if(places.begin(), places.end(),
+                                     [&](const proposed_place& other) { return agree(d.moved, other); });
+    return 2 * std::size_t(count) <= places.size();
+  });
+}
+
+/// Links of maps outside the component `part` by which their stems fit its trees, and that agree where it has
+/// the components of these maps. `max_log10_nfa`: that of a link.
 inline std::vector<std::size_t> decide_places(std::span<const prepared_stems> maps,
                                               std::span<const survey_link> links, const placed_maps& placed,
                                               const adjusted_survey& adjusted, std::uint32_t part,
                                               double max_log10_nfa) {
-  std::vector<std::size_t> decided;
   const link_graph graph(maps.size(), links, [](const survey_link&) { return true; });
   const tree_map trees(adjusted, maps, placed.parts, part);
-  const auto leads_there = [&](const link_graph::edge& e) { return placed.parts.of[e.neighbor] == part; };
+  std::vector<decided_map> decided;
   for (std::uint32_t m = 0; m < maps.size(); ++m) {
     if (placed.parts.of[m] == part || graph.of(m).empty()) continue;
     poll_cancelled();
-    const auto place_by = [&](const link_graph::edge& e) {
-      const survey_link& l = graph.link(e);
-      return proposed_place{adjusted.poses[e.neighbor] * graph.neighbor_from(m, e),
-                            l.source == m ? l.center_in_source() : l.center, e.link};
-    };
-    double best = 0, second = 0;
-    std::optional<proposed_place> chosen;
-    for (const auto& e : guess_places(m, graph, adjusted.poses, leads_there)) {
-      const proposed_place place = place_by(e);
-      const double log10_nfa = score_place(maps[m], place.pose, trees);
-      if (log10_nfa < best)
-        second = best, best = log10_nfa, chosen = place;
-      else
-        second = std::min(second, log10_nfa);
-    }
-    if (!chosen || best > max_log10_nfa || 2 * second < best) continue;
-    for (const auto& e : graph.of(m))
-      if (leads_there(e) && agree(*chosen, place_by(e))) decided.push_back(e.link);
+    if (auto found = decide_place(maps, graph, placed, adjusted, trees, part, m, max_log10_nfa))
+      decided.push_back(std::move(*found));
   }
-  return decided;
+  keep_agreeing(decided, placed.parts);
+  std::vector<std::size_t> all;
+  for (const decided_map& d : decided) all.insert(all.end(), d.links.begin(), d.links.end());
+  return all;
 }
 
 }  // namespace globalmatch::detail
