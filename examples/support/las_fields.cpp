@@ -6,7 +6,7 @@
 #include <cstring>
 #include <utility>
 
-#include "support/las_header.hpp"
+#include "support/scalars.hpp"
 
 namespace globalmatch::support {
 

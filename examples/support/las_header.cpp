@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "support/las_fields.hpp"
+#include "support/scalars.hpp"
 
 namespace globalmatch::support {
 

@@ -3,29 +3,20 @@
 
 #include <Eigen/Core>
 
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "support/file_bytes.hpp"
 #include "support/record_fields.hpp"
-#include "support/scalars.hpp"
 
 namespace globalmatch::support {
 
 /// [bytes] Of the headers of versions 1.0 to 1.2, to which later ones append, and of 1.4.
 constexpr std::size_t las_header_size_1_2 = 227, las_header_size_1_4 = 375;
-
-/// A number in the middle of a header or record.
-template <class T>
-T number_at(std::string_view bytes, std::size_t offset) {
-  return load<T>(bytes.data() + offset, std::endian::little);
-}
 
 struct las_header {
   unsigned minor_version;          ///< of version 1

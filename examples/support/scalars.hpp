@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <string_view>
 
 namespace globalmatch::support {
 
@@ -55,6 +56,12 @@ constexpr std::size_t size_of(scalar type) {
 
 inline double load(scalar type, const char* bytes, std::endian order) {
   return visit_type(type, [&]<class T>(T) { return static_cast<double>(load<T>(bytes, order)); });
+}
+
+/// A little-endian number in the middle of a header or record.
+template <class T>
+T number_at(std::string_view bytes, std::size_t offset) {
+  return load<T>(bytes.data() + offset, std::endian::little);
 }
 
 }  // namespace globalmatch::support
