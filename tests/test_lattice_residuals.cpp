@@ -93,7 +93,7 @@ TEST_CASE("some stems of many are enough") {
 }
 
 TEST_CASE("residuals of different stands are no evidence") {
-  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     const jittered_scans scans(planted(14, 12, random), planted(12, 14, random), random);
@@ -109,7 +109,7 @@ TEST_CASE("rows that bend alike in different stands are no evidence") {
     for (Eigen::Vector3d& p : stems) p += 0.3 * Eigen::Vector3d(std::sin(p.y() / 9), std::sin(p.x() / 7), 0);
     return stems;
   };
-  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 25; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     const jittered_scans scans(bent(planted(14, 12, random)), bent(planted(12, 14, random)), random);
@@ -185,7 +185,7 @@ TEST_CASE("residuals and radii that are a little evidence each are more together
 }
 
 TEST_CASE("heights and radii of different stands are no evidence") {
-  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 25; ++seed) {
     CAPTURE(seed);
     random_source random(seed);
     jittered_scans scans(on_hills(planted(14, 12, random), random), on_hills(planted(12, 14, random), random),

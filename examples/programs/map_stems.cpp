@@ -5,6 +5,7 @@
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_mapping.hpp"
 #include "support/stem_files.hpp"
 
 #include <iostream>

@@ -6,6 +6,7 @@
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_mapping.hpp"
 #include "support/scan_writer.hpp"
 #include "support/transform_forms.hpp"
 

@@ -6,9 +6,10 @@
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
 #include "support/programs/scan_reports.hpp"
-#include "support/programs/scan_summary.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_mapping.hpp"
 #include "support/scan_sets.hpp"
+#include "support/scan_summary.hpp"
 
 #include <iostream>
 #include <optional>

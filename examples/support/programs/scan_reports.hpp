@@ -6,7 +6,7 @@
 #include <string>
 
 #include "support/point_source.hpp"
-#include "support/programs/scan_summary.hpp"
+#include "support/scan_summary.hpp"
 
 namespace globalmatch::support {
 

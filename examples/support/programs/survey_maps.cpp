@@ -13,6 +13,7 @@
 #include "support/build_record.hpp"
 #include "support/file_error.hpp"
 #include "support/scan_files.hpp"
+#include "support/scan_mapping.hpp"
 #include "support/stem_files.hpp"
 
 namespace globalmatch::support {

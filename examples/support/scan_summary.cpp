@@ -1,4 +1,4 @@
-#include "support/programs/scan_summary.hpp"
+#include "support/scan_summary.hpp"
 
 #include <algorithm>
 #include <cmath>
