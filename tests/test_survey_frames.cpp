@@ -37,8 +37,8 @@ survey survey_of(std::size_t scans) {
       scan.survey_from_scan =
           pose_of(20.0 * double(i), 3.0 * double(i % 2), 0.5 * double(i), 0.3 * double(i));
     if (i < scans)
-      scan.uncertainty =
-          transform_uncertainty{{1, 2, 3}, Eigen::Vector3d::UnitZ(), Eigen::Matrix4d::Identity() * 1e-4};
+      scan.uncertainty = transform_uncertainty{scan.survey_from_scan.translation() + Eigen::Vector3d(1, 2, 3),
+                                               Eigen::Vector3d::UnitZ(), Eigen::Matrix4d::Identity() * 1e-4};
     s.scans.push_back(scan);
   }
   s.trees.push_back({.position = {5, 6, 7}, .component = 0, .seen = {}});

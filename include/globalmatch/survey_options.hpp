@@ -62,8 +62,8 @@ struct survey_options {
   /// scan, see `fixed_distance`. Where to hold them would cost a map its place but one is: those others have
   /// an uncertainty, and no `fixed_distance`.
   std::vector<survey_options::fixed_scan> fixed = {};
-  /// Components without fixed scans are moved, each as a whole, to where it fits these best: the frame is
-  /// then that of the priors. One that disagrees with others loses its weight.
+  /// Measurements of the adjustment, beside trees and targets. The frame of a component without fixed scans
+  /// is theirs. What disagrees with others, by more than the stems leave open, has no weight.
   std::vector<survey_options::prior> priors = {};
   /// The vertical of what links compare with these is their mean, weighted, however many scans lean against
   /// it. One of them is the reference of its component, unless that is given or has fixed scans.
@@ -136,8 +136,8 @@ struct survey {
     double check_worst = std::numeric_limits<double>::quiet_NaN();
     /// Where else its links place an ambiguous scan, most of them first.
     std::vector<Eigen::Isometry3d> alternatives = {};
-    /// By how many of its standard deviations its prior is off, the most of plan, height and yaw. Not a
-    /// number where it has none.
+    /// By how many of its standard deviations its prior is off after the adjustment, the most of plan, height
+    /// and yaw. Not a number where it has none.
     double prior_deviations = std::numeric_limits<double>::quiet_NaN();
     /// [m] by which its fixed pose is off beside those of other fixed scans, so that it was not held; at the
     /// centroid of its stems. Not a number where it was, or where none is known.
@@ -210,11 +210,19 @@ struct survey {
     std::vector<survey::target_observation> seen = {};   ///< one a scan
   };
 
-  std::vector<survey::scan> scans;      ///< in the order of the maps
-  std::vector<survey::link> links;      ///< ordered by source, then by target
-  std::vector<survey::tree> trees;      ///< of the placed scans
-  std::vector<survey::target> targets;  ///< of scans that have a component, by name and component
-  double stem_sigma = 0;                ///< [m] of a stem of a scan, in plan, along each axis
+  /// A prior of `survey_options`, and what it counts in the adjustment beside its standard deviations: 0 to
+  /// 1, 0 where it does not fit or was not measured.
+  struct adjusted_prior {
+    survey_options::prior given = {};
+    double weight = 0, yaw_weight = 0, height_weight = 0;
+  };
+
+  std::vector<survey::scan> scans;             ///< in the order of the maps
+  std::vector<survey::link> links;             ///< ordered by source, then by target
+  std::vector<survey::tree> trees;             ///< of the placed scans
+  std::vector<survey::target> targets;         ///< of scans that have a component, by name and component
+  std::vector<survey::adjusted_prior> priors;  ///< of scans that have a component, component by component
+  double stem_sigma = 0;                       ///< [m] of a stem of a scan, in plan, along each axis
   std::size_t components = 0;
   std::vector<survey::frame> frames;  ///< of the components
   std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems

@@ -43,28 +43,32 @@ inline void move_component(survey& result, int component, const Eigen::Isometry3
 /// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.
 struct levelled_prior {
   const survey_options::prior* given = nullptr;
-  bool is_height_known = true;              ///< of the scan
-  vec3 origin;                              ///< [m] of the scan, in the levelled frame of the component
-  double yaw = 0;                           ///< [rad] of the scan, alike
-  vec2 measured;                            ///< [m]
-  double agreement = 1, yaw_agreement = 1;  ///< Tukey weights
+  bool is_height_known = true;  ///< of the scan
+  vec3 origin;                  ///< [m] of the scan, in the levelled frame of the component
+  double yaw = 0;               ///< [rad] of the scan, alike
+  vec2 measured;                ///< [m]
+  /// [m^2] [rad^2] Along each axis, of the prior and of the scan in its component: one far from the reference
+  /// may be off by more than its prior.
+  double plan_variance = 0, yaw_variance = 0, height_variance = 0;
+  double agreement = 1, yaw_agreement = 1, height_agreement = 1;  ///< Tukey weights
 
   bool has_place() const { return std::isfinite(given->position.x()) && std::isfinite(given->position.y()); }
   bool has_height() const { return is_height_known && std::isfinite(given->position.z()); }
   bool has_yaw() const { return std::isfinite(given->yaw); }
 
-  double place_weight() const { return agreement / (given->sigma_plan * given->sigma_plan); }
-  double yaw_weight() const { return yaw_agreement / (given->sigma_yaw * given->sigma_yaw); }
+  double place_weight() const { return agreement / plan_variance; }
+  double yaw_weight() const { return yaw_agreement / yaw_variance; }
+  double raise_weight() const { return height_agreement / height_variance; }
 
   /// Residuals under a transform of the component, in standard deviations.
   double plan_residual(const plan_pose& moved) const {
-    return has_place() ? (moved * origin.xy() - measured).norm() / given->sigma_plan : 0;
+    return has_place() ? (moved * origin.xy() - measured).norm() / std::sqrt(plan_variance) : 0;
   }
   double yaw_residual(const plan_pose& moved) const {
-    return has_yaw() ? std::abs(wrapped(moved.yaw + yaw - given->yaw)) / given->sigma_yaw : 0;
+    return has_yaw() ? std::abs(wrapped(moved.yaw + yaw - given->yaw)) / std::sqrt(yaw_variance) : 0;
   }
   double height_residual(double raise) const {
-    return has_height() ? std::abs(origin.z + raise - given->position.z()) / given->sigma_height : 0;
+    return has_height() ? std::abs(origin.z + raise - given->position.z()) / std::sqrt(height_variance) : 0;
   }
 };
 
@@ -83,6 +87,15 @@ inline std::vector<levelled_prior> priors_of(const survey& s, int component,
     prior.origin = from_eigen(level.translation());
     prior.yaw = std::atan2(level(1, 0), level(0, 0));
     prior.measured = {p.position.x(), p.position.y()};
+    prior.plan_variance = p.sigma_plan * p.sigma_plan;
+    prior.height_variance = p.sigma_height * p.sigma_height;
+    prior.yaw_variance = p.sigma_yaw * p.sigma_yaw;
+    if (const auto& u = s.scans[p.scan].uncertainty) {
+      const place_variance at(*u, s.scans[p.scan].survey_from_scan.translation());
+      prior.plan_variance += at.horizontal;
+      prior.height_variance += at.height;
+      prior.yaw_variance += u->covariance(3, 3);
+    }
     of_component.push_back(prior);
   }
   return of_component;
@@ -185,7 +198,7 @@ inline plan_pose fit_plan(std::span<levelled_prior> priors) {
 }
 
 /// How much a component is to be raised: a robust mean, from the median on; 0 where no heights are known.
-inline double fit_raise(std::span<const levelled_prior> priors) {
+inline double fit_raise(std::span<levelled_prior> priors) {
   constexpr int iterations = 20;
   std::vector<double> all;
   for (const levelled_prior& p : priors)
@@ -194,12 +207,11 @@ inline double fit_raise(std::span<const levelled_prior> priors) {
   double raise = median(all);
   for (int iteration = 0; iteration < iterations; ++iteration) {
     double sum = 0, total = 0;
-    for (const levelled_prior& p : priors) {
+    for (levelled_prior& p : priors) {
       if (!p.has_height()) continue;
-      const double off = p.height_residual(raise) / tukey_constant;
-      const double weight = tukey_weight(off * off) / (p.given->sigma_height * p.given->sigma_height);
-      sum += weight * (p.given->position.z() - p.origin.z);
-      total += weight;
+      p.height_agreement = tukey_weight(std::pow(p.height_residual(raise) / tukey_constant, 2));
+      sum += p.raise_weight() * (p.given->position.z() - p.origin.z);
+      total += p.raise_weight();
     }
     if (!(total > 0)) break;
     raise = sum / total;
@@ -207,17 +219,36 @@ inline double fit_raise(std::span<const levelled_prior> priors) {
   return raise;
 }
 
-/// Says of priors by how much they are off under a transform of their component.
-inline void note_deviations(survey& s, std::span<const levelled_prior> priors, const plan_pose& moved,
-                            double raise) {
-  for (const levelled_prior& p : priors) {
-    double& most = s.scans[p.given->scan].prior_deviations;
-    const double before = std::isfinite(most) ? most : 0;  // a scan may have several
-    most = std::max({before, p.plan_residual(moved), p.yaw_residual(moved), p.height_residual(raise)});
+/// Notes what priors count, which are in the frame of their component by now.
+inline void note_weights(survey& s, std::span<const levelled_prior> priors) {
+  constexpr double min_weight = 0.01;  // others are left out: they would widen what they agree with
+  const auto counted = [](bool is_known, double weight) {
+    return is_known && weight > min_weight ? weight : 0.0;
+  };
+  for (const levelled_prior& p : priors)
+    s.priors.push_back({*p.given, counted(p.has_place(), p.agreement), counted(p.has_yaw(), p.yaw_agreement),
+                        counted(p.has_height(), p.height_agreement)});
+}
+
+/// Says of scans by how many of its standard deviations their prior is off, of several the one that is most.
+inline void note_deviations(survey& s) {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  for (const survey::adjusted_prior& p : s.priors) s.scans[p.given.scan].prior_deviations = unknown;
+  for (const survey::adjusted_prior& p : s.priors) {
+    survey::scan& scan = s.scans[p.given.scan];
+    const Eigen::Isometry3d& pose = scan.survey_from_scan;
+    const Eigen::Vector3d off = pose.translation() - p.given.position;
+    const bool has_height = scan.is_height_known || scan.status != survey::status::placed;
+    const double deviations[] = {
+        off.head<2>().norm() / p.given.sigma_plan,
+        std::abs(wrapped(std::atan2(pose(1, 0), pose(0, 0)) - p.given.yaw)) / p.given.sigma_yaw,
+        has_height ? std::abs(off.z()) / p.given.sigma_height : 0};
+    for (const double d : deviations)
+      if (std::isfinite(d)) scan.prior_deviations = std::fmax(scan.prior_deviations, d);
   }
 }
 
-/// Moves a component to where its priors have it, and says by how much each of these is off.
+/// Moves a component to where its priors have it.
 inline void move_to_priors(survey& s, int component, std::span<const survey_options::prior> given) {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   for (const survey::scan& scan : s.scans)
@@ -229,13 +260,24 @@ inline void move_to_priors(survey& s, int component, std::span<const survey_opti
   if (priors.empty()) return;
   const plan_pose moved = fit_plan(priors);
   const double raise = fit_raise(priors);
-  note_deviations(s, priors, moved, raise);
+  note_weights(s, priors);
   const double information = turn_information(moved, priors);
   s.frames[std::size_t(component)] = {survey::frame_source::priors,
                                       information > min_turn_information
                                           ? 1 / std::sqrt(information)
                                           : std::numeric_limits<double>::infinity()};
   move_component(s, component, to_eigen(in_space(moved, raise)) * level_from_survey);
+}
+
+/// What priors count that are in the frame of fixed scans.
+inline void compare_with_fixed(survey& s, int component, std::span<const survey_options::prior> given) {
+  std::vector<levelled_prior> priors = priors_of(s, component, given, Eigen::Isometry3d::Identity());
+  for (levelled_prior& p : priors) {
+    p.agreement = tukey_weight(std::pow(p.plan_residual({}) / tukey_constant, 2));
+    p.yaw_agreement = tukey_weight(std::pow(p.yaw_residual({}) / tukey_constant, 2));
+    p.height_agreement = tukey_weight(std::pow(p.height_residual(0) / tukey_constant, 2));
+  }
+  note_weights(s, priors);
 }
 
 /// Whether a pose was not adjusted.
@@ -263,8 +305,9 @@ void use_known_frames(survey& s, const survey_options& options, const ReferenceO
       if (const survey::scan& scan = s.scans[f.scan];
           scan.component == component && (f.scan == *reference || is_held(scan)))
         s.scans[f.scan].survey_from_scan = f.survey_from_scan;
-    note_deviations(s, priors_of(s, component, options.priors, Eigen::Isometry3d::Identity()), {}, 0);
+    compare_with_fixed(s, component, options.priors);
   }
+  note_deviations(s);
 }
 
 }  // namespace globalmatch::detail

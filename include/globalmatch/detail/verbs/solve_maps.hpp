@@ -15,6 +15,7 @@
 
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/prepared_stems.hpp"
+#include "globalmatch/detail/survey/adjust_to_priors.hpp"
 #include "globalmatch/detail/survey/adjust_to_trees.hpp"
 #include "globalmatch/detail/survey/agreeing_poses.hpp"
 #include "globalmatch/detail/survey/confirm_links.hpp"
@@ -271,6 +272,8 @@ inline survey described(const survey_solution& s, const survey_options& options)
       if (result.scans[f.scan].component == component) return parts.reference[parts.of[f.scan]];
     return std::nullopt;
   });
+  if (!result.priors.empty())
+    adjust_to_priors(result, heights_by_trees(result, s.solved.heights.stem_sigma), prior_use::as_measured);
   return result;
 }
 
