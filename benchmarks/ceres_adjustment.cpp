@@ -1,5 +1,6 @@
-// The adjustment of poses to trees beside Ceres Solver: the same observations from the same start. With the
-// weights of our last iteration Ceres is an oracle of the poses, with its own robust loss a measure of time.
+// The adjustment of poses to trees beside Ceres Solver: the same observations from the same start, without
+// the links that no trees stand for. With the weights of our last iteration Ceres is an oracle of the poses,
+// with its own robust loss a measure of time.
 #include <globalmatch/detail/survey/adjust_to_trees.hpp>
 #include <globalmatch/detail/verbs/solve_maps.hpp>
 #include <globalmatch/survey.hpp>
@@ -64,7 +65,7 @@ struct adjustment_result {
 adjustment_result adjust_by_us(const adjustment_input& given) {
   adjustment_result result;
   const double start = wall_seconds();
-  tree_adjustment adjustment(given.maps, given.trees, given.solved.links, given.unknowns, given.deviations);
+  tree_adjustment adjustment(given.maps, given.trees, {}, given.unknowns, given.deviations);
   result.poses = given.solved.placed.poses;
   if (!adjustment.adjust(result.poses)) std::cerr << "the trees do not determine all poses\n";
   result.seconds = wall_seconds() - start;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "catch.hpp"
@@ -38,24 +40,26 @@ std::vector<positions> stems_of(const std::vector<surveyed_map>& maps) {
   return stems;
 }
 
-/// Where the coordinates of priors have the stand.
-Eigen::Isometry3d grid_from_stand() {
+/// Where the coordinates of priors have the stand, whose verticals may lean there.
+Eigen::Isometry3d grid_from_stand(double lean = 0) {
   Eigen::Isometry3d grid = Eigen::Isometry3d::Identity();
-  grid.linear() = Eigen::AngleAxisd(2.1, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  grid.linear() =
+      (Eigen::AngleAxisd(lean, Eigen::Vector3d::UnitX()) * Eigen::AngleAxisd(2.1, Eigen::Vector3d::UnitZ()))
+          .toRotationMatrix();
   grid.translation() = Eigen::Vector3d(431000, 5621000, 312);
   return grid;
 }
 
-Eigen::Isometry3d truth_of(const surveyed_map& map) {
-  return grid_from_stand() * map.stand_from_scan;
+Eigen::Isometry3d truth_of(const surveyed_map& map, double lean = 0) {
+  return grid_from_stand(lean) * map.stand_from_scan;
 }
 
 survey_options::prior measured(const std::vector<surveyed_map>& maps, std::size_t m, double sigma,
-                               random_source& random) {
+                               random_source& random, double lean = 0) {
   survey_options::prior p;
   p.scan = m;
   p.sigma_plan = p.sigma_height = sigma;
-  p.position = truth_of(maps[m]).translation() +
+  p.position = truth_of(maps[m], lean).translation() +
                sigma * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
   return p;
 }
@@ -63,10 +67,11 @@ survey_options::prior measured(const std::vector<surveyed_map>& maps, std::size_
 /// Root mean square [m] over all scans, in plan and in height.
 struct rms_error {
   double plan = 0, height = 0;
-  rms_error(const survey& s, const std::vector<surveyed_map>& maps) {
+  rms_error(const survey& s, const std::vector<surveyed_map>& maps, double lean = 0) {
     for (std::size_t m = 0; m < maps.size(); ++m) {
       REQUIRE(s.scans[m].status == survey::status::placed);
-      const Eigen::Vector3d off = s.scans[m].survey_from_scan.translation() - truth_of(maps[m]).translation();
+      const Eigen::Vector3d off =
+          s.scans[m].survey_from_scan.translation() - truth_of(maps[m], lean).translation();
       plan += off.head<2>().squaredNorm() / double(maps.size());
       height += off.z() * off.z() / double(maps.size());
     }
@@ -227,6 +232,122 @@ TEST_CASE("yaws that are measured well turn the scans of a row") {
   }
   INFO(std::sqrt(before) << " " << std::sqrt(after));
   CHECK(after < 0.25 * before);
+}
+
+TEST_CASE("beside a fixed scan that leans heights bend heights, and places in plan places") {
+  constexpr double lean = 0.005, unknown = std::numeric_limits<double>::quiet_NaN();
+  random_source random(7);
+  const auto maps = maps_in_a_row(random);
+  survey_options options;
+  options.fixed = {{0, truth_of(maps[0], lean)}};
+  const rms_error before(register_survey(stems_of(maps), options), maps, lean);
+  for (const bool has_heights : {true, false}) {
+    CAPTURE(has_heights);
+    options.priors.clear();
+    for (std::size_t m = 3; m < maps.size(); m += 3) {
+      options.priors.push_back(measured(maps, m, 0.01, random, lean));
+      Eigen::Vector3d& at = options.priors.back().position;
+      if (has_heights)
+        at.x() = at.y() = unknown;
+      else
+        at.z() = unknown;
+    }
+    const rms_error after(register_survey(stems_of(maps), options), maps, lean);
+    CHECK((has_heights ? after.height : after.plan) < 0.5 * (has_heights ? before.height : before.plan));
+    CHECK((has_heights ? after.plan : after.height) < 1.2 * (has_heights ? before.plan : before.height));
+  }
+}
+
+TEST_CASE("a scan that targets alone link follows its neighbor in height") {
+  random_source random(10);
+  const auto maps = maps_in_a_row(random);
+  const std::size_t last = maps.size() - 1;
+  std::vector<positions> stems = stems_of(maps);
+  for (Eigen::Vector3d& p : stems[last]) p.head<2>() = 40 * Eigen::Vector2d(random.normal(), random.normal());
+  survey_options options;
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector3d at =
+        maps[last].stand_from_scan.translation() + Eigen::Vector3d(-10, 4 * k - 6, 1 + 0.5 * k);
+    for (const std::size_t m : {last - 1, last})
+      options.targets.push_back({m, "T" + std::to_string(k),
+                                 maps[m].stand_from_scan.inverse() * at + benchmarks::gaussian(random, 0.002),
+                                 0.002});
+  }
+  for (std::size_t m = 0; m < last; ++m) options.priors.push_back(measured(maps, m, 0.003, random));
+  const survey s = register_survey(stems, options);
+  REQUIRE(s.scans[last].status == survey::status::placed);
+  const Eigen::Vector3d off =
+      s.scans[last].survey_from_scan.translation() - truth_of(maps[last]).translation();
+  CHECK(std::abs(off.z()) < 0.015);
+}
+
+TEST_CASE("priors of one component leave another one as it is, to the bit") {
+  random_source random(11);
+  std::vector<surveyed_map> maps = maps_in_a_row(random);
+  const std::size_t first = maps.size();
+  for (surveyed_map& m : maps_in_a_row(random)) maps.push_back(std::move(m));
+  const survey without = register_survey(stems_of(maps));
+  REQUIRE(without.components == 2);
+  survey_options options;
+  for (std::size_t m = 0; m < first; m += 2) options.priors.push_back(measured(maps, m, 0.01, random));
+  const survey with = register_survey(stems_of(maps), options);
+  for (std::size_t m = first; m < maps.size(); ++m) {
+    CHECK(with.scans[m].survey_from_scan.matrix() == without.scans[m].survey_from_scan.matrix());
+    CHECK(with.scans[m].uncertainty->covariance == without.scans[m].uncertainty->covariance);
+  }
+}
+
+TEST_CASE("standard deviations that say nothing, or all, are believed as far as numbers hold") {
+  random_source random(12);
+  const auto maps = maps_in_a_row(random);
+  survey_options options;
+  for (std::size_t m = 0; m < maps.size(); m += 2) options.priors.push_back(measured(maps, m, 0.01, random));
+  const rms_error expected(register_survey(stems_of(maps), options), maps);
+  for (const double sigma : {std::numeric_limits<double>::infinity(), 1e200, 1e-9}) {
+    CAPTURE(sigma);
+    survey_options other = options;
+    other.priors[2].sigma_plan = other.priors[2].sigma_height = sigma;
+    if (sigma < 1) other.priors[2].position = truth_of(maps[other.priors[2].scan]).translation();
+    const rms_error error(register_survey(stems_of(maps), other), maps);
+    CHECK(error.plan < 2 * expected.plan);
+    CHECK(error.height < 2 * expected.height);
+  }
+}
+
+TEST_CASE("standard deviations that are too small on the whole are scaled, and no prior is left out") {
+  random_source random(14);
+  const auto maps = maps_in_a_row(random);
+  survey_options options;
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    options.priors.push_back(measured(maps, m, 0.05, random));
+    options.priors.back().sigma_plan = options.priors.back().sigma_height = 0.005;
+  }
+  const survey s = register_survey(stems_of(maps), options);
+  for (const survey::adjusted_prior& p : s.priors) {
+    CHECK(p.weight > 0.002);
+    CHECK(p.weight < 0.05);
+    CHECK(p.height_weight > 0.002);
+    CHECK(p.height_weight < 0.05);
+  }
+  const rms_error error(s, maps);
+  CHECK(error.plan < 0.05);
+  CHECK(error.height < 0.05);
+}
+
+TEST_CASE("priors that say next to nothing leave uncertainties as they are") {
+  random_source random(13);
+  const auto maps = maps_in_a_row(random);
+  survey_options options;
+  const survey without = register_survey(stems_of(maps));
+  for (std::size_t m = 0; m < maps.size(); ++m) options.priors.push_back(measured(maps, m, 900, random));
+  const survey with = register_survey(stems_of(maps), options);
+  for (std::size_t m = 0; m < maps.size(); ++m)
+    for (int i = 0; i < 4; ++i) {
+      const double before = without.scans[m].uncertainty->covariance(i, i),
+                   after = with.scans[m].uncertainty->covariance(i, i);
+      INFO(m << " " << i << " " << before << " " << after);
+      if (i > 1) CHECK(after == Approx(before).epsilon(0.1));
+    }
 }
 
 }  // namespace globalmatch::test_adjust_to_priors

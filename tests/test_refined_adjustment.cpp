@@ -157,7 +157,7 @@ TEST_CASE("heights follow differences between maps, but wrong ones, with calibra
 }
 
 TEST_CASE("weights are 1 for what agrees and next to 0 for what does not, in the end") {
-  graduated_weights weights(1.386);
+  graduated_weights weights(1.386, true);
   const std::vector<double> squares = {1, 2, 0.5, 1.5, 1e6, 1};
   weights.update(squares);
   CHECK(weights.factor(4) > 0.5 * weights.factor(0));

@@ -173,9 +173,11 @@ struct survey {
     bool used = false;  ///< in the adjustment
   };
 
-  /// A stem of a scan.
+  /// A stem of a scan, and what it counts in plan and in height beside one of a typical scan: 0 where it does
+  /// not fit, or its scan shows no ground.
   struct observation {
     std::size_t scan, stem;
+    double weight = 1, height_weight = 1;
   };
 
   /// A tree, from all scans that saw it.

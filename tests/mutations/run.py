@@ -131,7 +131,7 @@ def command(include, source, output):
     eigen = os.environ.get('EIGEN_INCLUDE', '/usr/include/eigen3')
     data = f'-DGLOBALMATCH_SHARED_DATA="{ROOT}/../shared/data"'
     return ['c++', '-std=c++20', '-O1', '-w', '-pthread', data, '-I', include, '-I', f'{ROOT}/tests', '-I',
-            f'{ROOT}/examples', '-isystem', eigen, '-isystem', '/usr/include/catch2', '-c', source, '-o', output]
+            f'{ROOT}/examples', '-I', f'{ROOT}/benchmarks', '-isystem', eigen, '-isystem', '/usr/include/catch2', '-c', source, '-o', output]
 
 
 def compile_test(include, test, output):

@@ -87,13 +87,14 @@ inline seen_trees levelled_landmarks(const survey& s, const levelled_survey& lev
   seen_trees trees;
   for (const survey::tree& t : s.trees) {
     if (t.seen.size() < 2) continue;
-    for (const survey::observation& o : t.seen)
+    for (const survey::observation& o : t.seen) {
       trees.observations.stems.push_back({std::uint32_t(o.scan), stem_index(o.stem)});
+      trees.weights.push_back(o.weight);
+    }
     trees.observations.first.push_back(trees.observations.stems.size());
     trees.places.push_back(
         from_eigen(Eigen::Vector3d(levelled.level_from_survey[t.seen[0].scan] * t.position)).xy());
   }
-  trees.weights.assign(trees.observations.stems.size(), 1);
   for (const survey::target& t : s.targets) {
     if (t.seen.size() < 2) continue;
     for (const survey::target_observation& o : t.seen) {
@@ -121,9 +122,23 @@ inline void join_by_targets(const survey& s, disjoint_sets& connected) {
     if (keys[i] == keys[i - 1]) connected.join(first_of(keys[i]), second_of(keys[i]));
 }
 
+/// What priors do.
+enum class prior_use {
+  test,     ///< move scans, whose uncertainties are then those in the frame of the priors
+  measure,  ///< move scans, whose uncertainties stay those against a reference
+  keep      ///< are part of the survey as it is
+};
+
+/// What was adjusted: nothing, where no measurement says anything of it or not all is determined.
+struct adjusted_parts {
+  bool shifts = false, heights = false;  ///< the former with turns
+};
+
 /// What targets say of heights: each two scans that show one, of the weight that they have where its height
-/// is eliminated.
-inline std::vector<measured_difference> heights_by_targets(const survey& s, const levelled_survey& levelled) {
+/// is eliminated. Where trees are taken as they are, because priors move scans, so are targets, to which
+/// heights were adjusted as well.
+inline std::vector<measured_difference> heights_by_targets(const survey& s, const levelled_survey& levelled,
+                                                           prior_use use) {
   constexpr double min_weight = 0.01;
   std::vector<measured_difference> differences;
   for (const survey::target& t : s.targets) {
@@ -136,7 +151,8 @@ inline std::vector<measured_difference> heights_by_targets(const survey& s, cons
       for (const survey::target_observation& b : t.seen)
         if (a.scan < b.scan && std::min(a.height_weight, b.height_weight) > min_weight)
           differences.push_back(
-              {std::uint32_t(a.scan), std::uint32_t(b.scan), height_of(b) - height_of(a),
+              {std::uint32_t(a.scan), std::uint32_t(b.scan),
+               use == prior_use::keep ? height_of(b) - height_of(a) : 0,
                total * a.sigma * a.sigma * b.sigma * b.sigma / (a.height_weight * b.height_weight)});
   }
   return differences;
@@ -149,13 +165,14 @@ struct levelled_pairs {
 };
 
 /// Adds the pairs of priors, as far as `says(pair)`, whose scans `connected` ties to held ones: it is scans
-/// that hold together that a prior moves. Returns the maps that are adjusted.
+/// that hold together that a prior moves, and not what is held by itself. Returns the maps that are adjusted.
 template <class Says, class Add>
 adjusted_maps add_priors(const levelled_pairs& pairs, const std::vector<std::uint8_t>& held,
                          disjoint_sets connected, const Says& says, const Add& add) {
   const adjusted_maps tied(held, connected);
   for (const levelled_pair& p : pairs.of_priors) {
-    if (!says(p) || !(tied(p.link.source) || held[p.link.source])) continue;
+    const bool is_held = held[p.link.source] != 0;
+    if (!says(p) || !(is_held || tied(p.link.source)) || (is_held && held[p.link.target])) continue;
     add(p);
     connected.join(p.link.source, p.link.target);
   }
@@ -165,8 +182,8 @@ adjusted_maps add_priors(const levelled_pairs& pairs, const std::vector<std::uin
 /// New uncertainties, levelled: those of the start where nothing was adjusted.
 using levelled_uncertainties = std::vector<transform_uncertainty>;
 
-inline void adjust_shifts_and_turns(const survey& s, const levelled_pairs& all, levelled_survey& levelled,
-                                    levelled_uncertainties& uncertainties) {
+inline bool adjust_shifts_and_turns(const survey& s, const levelled_pairs& all, prior_use use,
+                                    levelled_survey& levelled, levelled_uncertainties& uncertainties) {
   constexpr std::size_t min_trees = 3;  // that determine shift and turn, with one to spare
   disjoint_sets connected(s.scans.size());
   std::vector<survey_link> pairs;
@@ -181,24 +198,27 @@ inline void adjust_shifts_and_turns(const survey& s, const levelled_pairs& all, 
   join_by_targets(s, connected);
   const adjusted_maps adjusted = add_priors(
       all, levelled.plan_held, connected, [](const levelled_pair& p) { return p.has_shift; }, add);
-  if (pairs.empty()) return;
-  const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
+  if (pairs.empty()) return false;
+  const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) {
+    return !levelled.is_unknown(m, adjusted(m), levelled.plan_held[m] != 0);
+  });
   const double stem_sigma = stem_sigma_of(s, levelled);
   const seen_trees trees = levelled_landmarks(s, levelled, stem_sigma);
   refined_plan_adjustment adjustment(levelled.start, trees, stem_sigma, pairs, unknowns);
   std::vector<plan_pose> poses = levelled.start;
-  if (!adjustment.adjust(poses)) return;
+  if (!adjustment.adjust(poses, use == prior_use::keep)) return false;
   levelled.poses = std::move(poses);
   const auto covariances = adjustment.covariances();
   const int of[3] = {0, 1, 3};
   for (std::size_t m = 0; m < s.scans.size(); ++m)
-    if (adjusted(m))
+    if (unknowns.of[m] != unknown_poses::fixed)
       for (int c = 0; c < 3; ++c)
         for (int r = 0; r < 3; ++r)
           uncertainties[m].covariance(of[r], of[c]) = covariances[unknowns.of[m]](r, c);
+  return true;
 }
 
-inline void adjust_in_height(survey& s, const levelled_pairs& all, levelled_survey& levelled,
+inline bool adjust_in_height(survey& s, const levelled_pairs& all, prior_use use, levelled_survey& levelled,
                              levelled_uncertainties& uncertainties) {
   disjoint_sets connected(s.scans.size());
   std::vector<measured_difference> differences;
@@ -208,36 +228,45 @@ inline void adjust_in_height(survey& s, const levelled_pairs& all, levelled_surv
       add(p);
       connected.join(p.height.source, p.height.target);
     }
-  std::vector<std::uint8_t> has_pair(s.scans.size());
+  // Beside refined pairs the height of a scan without any is that of trees, and is left.
+  std::vector<std::uint8_t> has_pair(s.scans.size(), use != prior_use::keep);
   for (const measured_difference& d : differences) has_pair[d.source] = has_pair[d.target] = true;
-  for (const measured_difference& d : heights_by_targets(s, levelled)) {
-    if (!has_pair[d.source] || !has_pair[d.target]) continue;  // its height is that of trees
+  for (const measured_difference& d : heights_by_targets(s, levelled, use)) {
+    if (!has_pair[d.source] || !has_pair[d.target]) continue;
     differences.push_back(d);
     connected.join(d.source, d.target);
   }
   const adjusted_maps adjusted = add_priors(
       all, levelled.height_held, connected, [](const levelled_pair& p) { return p.has_height; }, add);
+  const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) {
+    return !levelled.is_unknown(m, adjusted(m), levelled.height_held[m] != 0);
+  });
+  const auto is_known = [&](std::size_t m) { return unknowns.of[m] == unknown_poses::fixed; };
   std::erase_if(differences,
-                [&](const measured_difference& d) { return !adjusted(d.source) && !adjusted(d.target); });
-  const unknown_poses unknowns(s.scans.size(), [&](std::size_t m) { return !adjusted(m); });
+                [&](const measured_difference& d) { return is_known(d.source) && is_known(d.target); });
   std::vector<double> raise = levelled.raise;
-  const std::vector<double> variances = adjust_differences(differences, unknowns, raise);
-  if (variances.empty()) return;
+  const std::vector<double> variances =
+      adjust_differences(differences, unknowns, raise, use == prior_use::keep);
+  if (variances.empty()) return false;
   levelled.raise = std::move(raise);
   for (std::size_t m = 0; m < s.scans.size(); ++m) {
-    if (!adjusted(m)) continue;
+    if (is_known(m)) continue;
     s.scans[m].is_height_known = true;
     uncertainties[m].covariance.row(2).setZero();
     uncertainties[m].covariance.col(2).setZero();
     uncertainties[m].covariance(2, 2) = variances[unknowns.of[m]];
   }
+  return true;
 }
 
 /// Adjusts all poses to refined pairs and to priors, and in plan to the trees and targets as they are.
-inline void adjust_to_pairs(survey& result, std::span<const refined_pair> refined,
-                            std::span<const refined_pair> of_priors) {
+/// Components that neither say anything of stay.
+inline adjusted_parts adjust_to_pairs(survey& result, std::span<const refined_pair> refined,
+                                      std::span<const refined_pair> of_priors, prior_use use) {
   const survey before = result;
   levelled_survey levelled(before);
+  if (use != prior_use::keep) levelled.hold_only_in(before, of_priors);
+  if (use == prior_use::test) levelled.hold_frames(before, of_priors);
   adjust_tilts(result, refined, levelled);
   levelled_pairs pairs;
   for (const refined_pair& p : refined) pairs.refined.emplace_back(p, result, levelled);
@@ -246,8 +275,8 @@ inline void adjust_to_pairs(survey& result, std::span<const refined_pair> refine
   for (std::size_t m = 0; m < before.scans.size(); ++m)
     if (before.scans[m].uncertainty)
       uncertainties[m] = in_frame(*before.scans[m].uncertainty, levelled.level_from_survey[m]);
-  adjust_shifts_and_turns(before, pairs, levelled, uncertainties);
-  adjust_in_height(result, pairs, levelled, uncertainties);
+  const adjusted_parts adjusted = {adjust_shifts_and_turns(before, pairs, use, levelled, uncertainties),
+                                   adjust_in_height(result, pairs, use, levelled, uncertainties)};
   std::vector<Eigen::Isometry3d> changes(before.scans.size(), Eigen::Isometry3d::Identity());
   for (std::size_t m = 0; m < before.scans.size(); ++m) {
     survey::scan& scan = result.scans[m];
@@ -261,6 +290,7 @@ inline void adjust_to_pairs(survey& result, std::span<const refined_pair> refine
   follow_scans(result.trees, before, result, changes);
   place_targets(result);
   update_residuals(result);
+  return adjusted;
 }
 
 }  // namespace globalmatch::detail

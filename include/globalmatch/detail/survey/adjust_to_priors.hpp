@@ -14,24 +14,46 @@
 #include <utility>
 #include <vector>
 
+#include "globalmatch/detail/core/eigen_border.hpp"
 #include "globalmatch/detail/core/keyed_sort.hpp"
+#include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/rigid.hpp"
 #include "globalmatch/detail/matching/prior.hpp"
 #include "globalmatch/detail/survey/adjust_to_pairs.hpp"
 #include "globalmatch/detail/survey/pairs_in_common.hpp"
+#include "globalmatch/detail/survey/pose_uncertainty.hpp"
+#include "globalmatch/detail/survey/prior_tests.hpp"
 #include "globalmatch/detail/survey/survey_frames.hpp"
 #include "globalmatch/refinement_options.hpp"
 #include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
 
-/// Whether priors move scans, or are the survey as it is.
-enum class prior_use { as_measured, as_adjusted };
+/// What a prior leaves open, along the levelled axes; of what was not measured all.
+inline transform_uncertainty uncertainty_of(const survey::adjusted_prior& p, const Eigen::Vector3d& center,
+                                            const Eigen::Vector3d& up) {
+  constexpr double unknown = std::numeric_limits<double>::infinity();
+  const auto of = [](double sigma, double weight) {
+    return weight > 0 ? sigma / std::sqrt(weight) : unknown;
+  };
+  const double horizontal = variance_of_shift(of(p.given.sigma_plan, p.weight));
+  rigid level;
+  level.rotation = levelling_rotation(from_eigen(up));
+  transform_uncertainty levelled{center, Eigen::Vector3d::UnitZ(), {}};
+  levelled.covariance =
+      Eigen::Vector4d(horizontal, horizontal, variance_of_shift(of(p.given.sigma_height, p.height_weight)),
+                      variance_of_yaw(of(p.given.sigma_yaw, p.yaw_weight)))
+          .asDiagonal();
+  transform_uncertainty u = in_frame(levelled, to_eigen(level.inverse()));
+  u.center = center;
+  u.up = up;
+  return u;
+}
 
 /// A prior as a pair of its scan with the frame `frame`, which has the number of a scan. Priors that were
 /// adjusted to, as the trees are, say what they said, about where the scan is.
 inline refined_pair pair_of(const survey::adjusted_prior& p, const survey& s, std::size_t frame,
                             prior_use use) {
-  constexpr double unknown = 1e6, unknown_yaw = 10;  // [m^2] [rad^2]
   const survey_options::prior& given = p.given;
   const survey::scan& scan = s.scans[given.scan];
   refined_pair pair;
@@ -40,7 +62,7 @@ inline refined_pair pair_of(const survey::adjusted_prior& p, const survey& s, st
   pair.is_refined = p.weight > 0 || p.yaw_weight > 0;
   pair.is_height_refined = p.height_weight > 0;
   pair.target_from_source = scan.survey_from_scan;
-  if (use == prior_use::as_measured) {
+  if (use != prior_use::keep) {
     Eigen::Isometry3d& pose = pair.target_from_source;
     const double yaw = std::atan2(pose(1, 0), pose(0, 0));
     if (p.yaw_weight > 0)
@@ -49,16 +71,7 @@ inline refined_pair pair_of(const survey::adjusted_prior& p, const survey& s, st
     if (p.weight > 0) pose.translation().head<2>() = given.position.head<2>();
     if (p.height_weight > 0) pose.translation().z() = given.position.z();
   }
-  const auto variance = [](double sigma, double weight, double otherwise) {
-    return weight > 0 ? sigma * sigma / weight : otherwise;
-  };
-  const double horizontal = variance(given.sigma_plan, p.weight, unknown);
-  pair.uncertainty.center = pair.target_from_source.translation();
-  pair.uncertainty.up = scan.uncertainty->up;
-  pair.uncertainty.covariance =
-      Eigen::Vector4d(horizontal, horizontal, variance(given.sigma_height, p.height_weight, unknown),
-                      variance(given.sigma_yaw, p.yaw_weight, unknown_yaw))
-          .asDiagonal();
+  pair.uncertainty = uncertainty_of(p, pair.target_from_source.translation(), scan.uncertainty->up);
   return pair;
 }
 
@@ -86,19 +99,16 @@ inline survey::scan scan_of_frame(const survey& s, int component) {
 /// What trees say of heights: each two scans that see one, of the weight that they have where its height is
 /// eliminated. `stem_sigma` [m] of the height of a stem.
 inline std::vector<refined_pair> heights_by_trees(const survey& s, double stem_sigma) {
-  stem_sigma = std::max(1e-3, stem_sigma);
+  const double variance = std::max(1e-6, stem_sigma * stem_sigma);
   std::vector<std::pair<std::uint64_t, double>> information;  // of pairs of scans [1/m^2]
   for (const survey::tree& t : s.trees) {
-    const auto known = std::count_if(t.seen.begin(), t.seen.end(),
-                                     [&](const auto& o) { return s.scans[o.scan].is_height_known; });
-    for (std::size_t i = 0; i < t.seen.size(); ++i)
-      for (std::size_t k = 0; k < i; ++k) {
-        const std::size_t a = std::min(t.seen[i].scan, t.seen[k].scan),
-                          b = std::max(t.seen[i].scan, t.seen[k].scan);
-        if (s.scans[a].is_height_known && s.scans[b].is_height_known)
-          information.emplace_back(key_of(std::uint32_t(a), std::uint32_t(b)),
-                                   1 / (double(known) * stem_sigma * stem_sigma));
-      }
+    double total = 0;
+    for (const survey::observation& o : t.seen) total += o.height_weight;
+    for (const survey::observation& a : t.seen)
+      for (const survey::observation& b : t.seen)
+        if (a.scan < b.scan && a.height_weight > 0 && b.height_weight > 0)
+          information.emplace_back(key_of(std::uint32_t(a.scan), std::uint32_t(b.scan)),
+                                   a.height_weight * b.height_weight / (total * variance));
   }
   std::sort(information.begin(), information.end());
   std::vector<refined_pair> pairs;
@@ -116,9 +126,9 @@ inline std::vector<refined_pair> heights_by_trees(const survey& s, double stem_s
   return pairs;
 }
 
-/// Adjusts all poses to refined pairs, trees, targets, and priors. The frame of these is that of the survey
-/// afterwards as well.
-inline void adjust_to_priors(survey& s, std::span<const refined_pair> refined, prior_use use) {
+/// Adjusts all poses to refined pairs, trees, targets, and priors as far as these count. The frame of the
+/// priors is that of the survey afterwards as well.
+inline adjusted_parts adjust_with_frames(survey& s, std::span<const refined_pair> refined, prior_use use) {
   constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   const std::size_t scans = s.scans.size();
   std::vector<std::size_t> frame_of(s.components, none);
@@ -133,12 +143,28 @@ inline void adjust_to_priors(survey& s, std::span<const refined_pair> refined, p
     }
     of_priors.push_back(pair_of(p, s, frame, use));
   }
-  adjust_to_pairs(s, refined, of_priors);
+  const adjusted_parts adjusted = adjust_to_pairs(s, refined, of_priors, use);
   const std::vector<survey::scan> frames(s.scans.begin() + std::ptrdiff_t(scans), s.scans.end());
   s.scans.resize(scans);
   for (const survey::scan& frame : frames)
     if (s.frames[std::size_t(frame.component)].source != survey::frame_source::fixed)
       move_component(s, frame.component, frame.survey_from_scan.inverse());
+  return adjusted;
+}
+
+/// Adjusts the survey to refined pairs where it was adjusted to its priors before.
+inline void adjust_beside_priors(survey& s, std::span<const refined_pair> refined) {
+  adjust_with_frames(s, refined, prior_use::keep);
+  note_deviations(s);
+}
+
+/// Leaves out what the others and the stems contradict, and adjusts the survey to the priors that are left.
+/// `stem_height_sigma` [m] of the height of a stem.
+inline void adjust_to_priors(survey& s, double stem_height_sigma) {
+  const std::vector<refined_pair> heights = heights_by_trees(s, stem_height_sigma);
+  leave_out_contradicted(s,
+                         [&](survey& trial) { return adjust_with_frames(trial, heights, prior_use::test); });
+  adjust_with_frames(s, heights, prior_use::measure);
   note_deviations(s);
 }
 

@@ -30,6 +30,7 @@ struct levelled_survey {
   std::vector<Eigen::Isometry3d> level_from_survey;  ///< a rotation
   std::vector<vec3> centers;                         ///< [m] levelled, about which uncertainties are
   std::vector<std::uint8_t> plan_held, height_held;  ///< what others refer to
+  std::vector<std::uint8_t> frame_held, released;    ///< in place of these, see `hold_frames`
   std::vector<plan_pose> start, poses;               ///< of frames about the centers
   std::vector<double> raise;                         ///< [m]
   std::vector<vec3> tilts;  ///< [rad] by which each was turned about its center before
@@ -51,6 +52,35 @@ struct levelled_survey {
     poses = start;
     raise.assign(s.scans.size(), 0);
     tilts.resize(s.scans.size());
+    frame_held.resize(s.scans.size());
+    released.resize(s.scans.size());
+  }
+
+  /// Leaves components without pairs as they are: scans that nothing held is connected with are not adjusted.
+  void hold_only_in(const survey& s, std::span<const refined_pair> pairs) {
+    std::vector<std::uint8_t> has_pair(s.components);
+    for (const refined_pair& p : pairs) has_pair[std::size_t(s.scans[p.start.source].component)] = true;
+    for (std::size_t m = 0; m < s.scans.size(); ++m)
+      if (s.scans[m].component < 0 || !has_pair[std::size_t(s.scans[m].component)])
+        plan_held[m] = height_held[m] = false;
+  }
+
+  /// Holds the targets of the pairs, which are frames, in place of what is held in their components; but not
+  /// those that are held anyway.
+  void hold_frames(const survey& s, std::span<const refined_pair> pairs) {
+    std::vector<std::uint8_t> is_released(s.components);
+    for (const refined_pair& p : pairs) {
+      const std::size_t frame = p.start.target;
+      if (plan_held[frame]) continue;
+      frame_held[frame] = true;
+      is_released[std::size_t(s.scans[frame].component)] = true;
+    }
+    for (std::size_t m = 0; m < s.scans.size(); ++m)
+      released[m] = s.scans[m].component >= 0 && is_released[std::size_t(s.scans[m].component)] != 0;
+  }
+  /// Whether a scan is adjusted; `adjusted`: by what it is connected with, `held`: if nothing is released.
+  bool is_unknown(std::size_t scan, bool adjusted, bool held) const {
+    return (adjusted && !frame_held[scan]) || (held && released[scan]);
   }
 
   bool is_moved(std::size_t scan) const {

@@ -30,12 +30,15 @@ namespace globalmatch::detail {
 /// not those that disagree with the start (graduated non-convexity: Black and Rangarajan 1996).
 class graduated_weights {
  public:
-  /// `median_of_chi_squared`: of as many degrees of freedom as a residual has.
-  explicit graduated_weights(double median_of_chi_squared) : median_(median_of_chi_squared) {}
+  /// `median_of_chi_squared`: of as many degrees of freedom as a residual has. Otherwise than `robust` all
+  /// weights are 1.
+  graduated_weights(double median_of_chi_squared, bool robust)
+      : median_(median_of_chi_squared), robust_(robust) {}
 
   /// To be called once an iteration.
   void update(std::span<const double> squares) {
     if (squares.empty()) return;
+    if (!robust_) return weights_.assign(squares.size(), 1);
     std::vector<double> sample(squares.begin(), squares.end());
     sigma_ = std::max(1.0, std::sqrt(median(sample) / median_));
     const double largest = std::sqrt(*std::max_element(squares.begin(), squares.end()));
@@ -57,7 +60,7 @@ class graduated_weights {
   static constexpr double min_weight = 1e-6;  // that keeps the system positive definite
 
   double median_, sigma_ = 1, scale_ = 0;
-  bool first_ = true;
+  bool robust_, first_ = true;
   std::vector<double> weights_;
 };
 
@@ -86,11 +89,11 @@ class refined_plan_adjustment {
         unknowns_(unknowns),
         system_(unknowns.count, connected()) {}
 
-  /// False where trees and pairs do not determine all poses.
-  bool adjust(std::span<plan_pose> poses) {
+  /// False where trees and pairs do not determine all poses. `robust`: pairs that disagree lose their weight.
+  bool adjust(std::span<plan_pose> poses, bool robust = true) {
     constexpr int max_iterations = 50;
     constexpr double converged = 1e-6, median_of_chi_squared = 2.366;  // [m]; of three degrees of freedom
-    graduated_weights weights(median_of_chi_squared);
+    graduated_weights weights(median_of_chi_squared, robust);
     for (int iteration = 0; iteration < max_iterations && unknowns_.count > 0; ++iteration) {
       poll_cancelled();
       weights.update(squared_residuals(poses));
@@ -188,7 +191,8 @@ struct measured_difference {
 /// Values of maps adjusted to differences between them, which connect every unknown one with a fixed one.
 /// Returns the variances of the unknown ones, in their order; nothing where they are not determined.
 inline std::vector<double> adjust_differences(std::span<const measured_difference> differences,
-                                              const unknown_poses& unknowns, std::span<double> values) {
+                                              const unknown_poses& unknowns, std::span<double> values,
+                                              bool robust = true) {
   constexpr int max_iterations = 50;
   constexpr double converged = 1e-6, median_of_chi_squared = 0.4549;  // [m, rad]; of one degree of freedom
   using scalar = block_system<1>::block;
@@ -198,7 +202,7 @@ inline std::vector<double> adjust_differences(std::span<const measured_differenc
         s != unknown_poses::fixed && t != unknown_poses::fixed)
       connected.emplace_back(s, t);
   block_system<1> system(unknowns.count, std::move(connected));
-  graduated_weights weights(median_of_chi_squared);
+  graduated_weights weights(median_of_chi_squared, robust);
   const auto residual = [&](const measured_difference& d) {
     return values[d.source] - values[d.target] - d.change;
   };

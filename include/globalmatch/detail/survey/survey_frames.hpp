@@ -40,6 +40,16 @@ inline void move_component(survey& result, int component, const Eigen::Isometry3
     if (target.component == component) target.position = other_from_survey * target.position;
 }
 
+/// [m^2] [rad^2] Of standard deviations, within what the normal equations can hold.
+inline double variance_of_shift(double sigma) {
+  constexpr double least = 1e-4, unknown = 1e3;  // [m]
+  return std::pow(std::clamp(sigma, least, unknown), 2);
+}
+inline double variance_of_yaw(double sigma) {
+  constexpr double least = 1e-5, unknown = 3;  // [rad]
+  return std::pow(std::clamp(sigma, least, unknown), 2);
+}
+
 /// What a prior says of the frame of a component: where it has the origin of a scan, and its turn.
 struct levelled_prior {
   const survey_options::prior* given = nullptr;
@@ -47,8 +57,8 @@ struct levelled_prior {
   vec3 origin;                  ///< [m] of the scan, in the levelled frame of the component
   double yaw = 0;               ///< [rad] of the scan, alike
   vec2 measured;                ///< [m]
-  /// [m^2] [rad^2] Along each axis, of the prior and of the scan in its component: one far from the reference
-  /// may be off by more than its prior.
+  /// [m^2] [rad^2] Along each axis, of the prior and, thrice its deviation, of the scan in its component: one
+  /// far from the reference may be off by more than its prior, as are those around it.
   double plan_variance = 0, yaw_variance = 0, height_variance = 0;
   double agreement = 1, yaw_agreement = 1, height_agreement = 1;  ///< Tukey weights
 
@@ -76,6 +86,7 @@ struct levelled_prior {
 inline std::vector<levelled_prior> priors_of(const survey& s, int component,
                                              std::span<const survey_options::prior> priors,
                                              const Eigen::Isometry3d& level_from_survey) {
+  constexpr double common = 9;  // times a variance
   std::vector<levelled_prior> of_component;
   for (const survey_options::prior& p : priors) {
     if (s.scans[p.scan].component != component) continue;
@@ -87,14 +98,14 @@ inline std::vector<levelled_prior> priors_of(const survey& s, int component,
     prior.origin = from_eigen(level.translation());
     prior.yaw = std::atan2(level(1, 0), level(0, 0));
     prior.measured = {p.position.x(), p.position.y()};
-    prior.plan_variance = p.sigma_plan * p.sigma_plan;
-    prior.height_variance = p.sigma_height * p.sigma_height;
-    prior.yaw_variance = p.sigma_yaw * p.sigma_yaw;
+    prior.plan_variance = variance_of_shift(p.sigma_plan);
+    prior.height_variance = variance_of_shift(p.sigma_height);
+    prior.yaw_variance = variance_of_yaw(p.sigma_yaw);
     if (const auto& u = s.scans[p.scan].uncertainty) {
       const place_variance at(*u, s.scans[p.scan].survey_from_scan.translation());
-      prior.plan_variance += at.horizontal;
-      prior.height_variance += at.height;
-      prior.yaw_variance += u->covariance(3, 3);
+      prior.plan_variance += common * at.horizontal;
+      prior.height_variance += common * at.height;
+      prior.yaw_variance += common * u->covariance(3, 3);
     }
     of_component.push_back(prior);
   }
@@ -197,37 +208,40 @@ inline plan_pose fit_plan(std::span<levelled_prior> priors) {
   return moved;
 }
 
-/// How much a component is to be raised: a robust mean, from the median on; 0 where no heights are known.
+/// How much a component is to be raised: a robust mean, what is far off counting less from the first step on,
+/// as in `fit_plan`; 0 where no heights are known.
 inline double fit_raise(std::span<levelled_prior> priors) {
-  constexpr int iterations = 20;
+  constexpr int max_iterations = 60;
   std::vector<double> all;
   for (const levelled_prior& p : priors)
     if (p.has_height()) all.push_back(p.given->position.z() - p.origin.z);
   if (all.empty()) return 0;
-  double raise = median(all);
-  for (int iteration = 0; iteration < iterations; ++iteration) {
+  double raise = median(all), largest = 0;
+  for (const levelled_prior& p : priors) largest = std::max(largest, p.height_residual(raise));
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const double limit = std::max(tukey_constant, 2 * largest);
     double sum = 0, total = 0;
     for (levelled_prior& p : priors) {
       if (!p.has_height()) continue;
-      p.height_agreement = tukey_weight(std::pow(p.height_residual(raise) / tukey_constant, 2));
+      p.height_agreement = tukey_weight(std::pow(p.height_residual(raise) / limit, 2));
       sum += p.raise_weight() * (p.given->position.z() - p.origin.z);
       total += p.raise_weight();
     }
     if (!(total > 0)) break;
     raise = sum / total;
+    largest = largest > 1 ? largest / 2 : 0;
   }
   return raise;
 }
 
-/// Notes what priors count, which are in the frame of their component by now.
-inline void note_weights(survey& s, std::span<const levelled_prior> priors) {
-  constexpr double min_weight = 0.01;  // others are left out: they would widen what they agree with
-  const auto counted = [](bool is_known, double weight) {
-    return is_known && weight > min_weight ? weight : 0.0;
+/// Notes the priors of a component, and which of them count: those that are not far off.
+inline void note_priors(survey& s, std::span<const levelled_prior> priors) {
+  const auto counts = [](bool is_measured, double agreement) {
+    return is_measured && agreement > 0 ? 1.0 : 0.0;
   };
   for (const levelled_prior& p : priors)
-    s.priors.push_back({*p.given, counted(p.has_place(), p.agreement), counted(p.has_yaw(), p.yaw_agreement),
-                        counted(p.has_height(), p.height_agreement)});
+    s.priors.push_back({*p.given, counts(p.has_place(), p.agreement), counts(p.has_yaw(), p.yaw_agreement),
+                        counts(p.has_height(), p.height_agreement)});
 }
 
 /// Says of scans by how many of its standard deviations their prior is off, of several the one that is most.
@@ -260,7 +274,7 @@ inline void move_to_priors(survey& s, int component, std::span<const survey_opti
   if (priors.empty()) return;
   const plan_pose moved = fit_plan(priors);
   const double raise = fit_raise(priors);
-  note_weights(s, priors);
+  note_priors(s, priors);
   const double information = turn_information(moved, priors);
   s.frames[std::size_t(component)] = {survey::frame_source::priors,
                                       information > min_turn_information
@@ -277,7 +291,7 @@ inline void compare_with_fixed(survey& s, int component, std::span<const survey_
     p.yaw_agreement = tukey_weight(std::pow(p.yaw_residual({}) / tukey_constant, 2));
     p.height_agreement = tukey_weight(std::pow(p.height_residual(0) / tukey_constant, 2));
   }
-  note_weights(s, priors);
+  note_priors(s, priors);
 }
 
 /// Whether a pose was not adjusted.

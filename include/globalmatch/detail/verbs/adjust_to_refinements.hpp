@@ -14,7 +14,7 @@ namespace globalmatch::detail {
 GLOBALMATCH_INLINE void adjust_to_refinements(survey& result, std::span<const refined_pair> refined,
                                               build_mode) {
   require_valid_pairs(result, refined);
-  adjust_to_priors(result, refined, prior_use::as_adjusted);
+  adjust_beside_priors(result, refined);
 }
 
 }  // namespace globalmatch::detail

@@ -261,7 +261,7 @@ struct tree_sums {
     variance += w * pose_variance(s, o.map, at);
     height_variance += w_height * s.heights.sigma[o.map] * s.heights.sigma[o.map];
     if (!stems.radius.empty() && stems.radius[o.stem] > 0) radii.push_back(stems.radius[o.stem]);
-    seen.push_back({o.map, stems.original[o.stem]});
+    seen.push_back({o.map, stems.original[o.stem], w, w_height});
   }
 };
 

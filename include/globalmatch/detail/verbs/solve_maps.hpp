@@ -272,8 +272,7 @@ inline survey described(const survey_solution& s, const survey_options& options)
       if (result.scans[f.scan].component == component) return parts.reference[parts.of[f.scan]];
     return std::nullopt;
   });
-  if (!result.priors.empty())
-    adjust_to_priors(result, heights_by_trees(result, s.solved.heights.stem_sigma), prior_use::as_measured);
+  if (!result.priors.empty()) adjust_to_priors(result, s.solved.heights.stem_sigma);
   return result;
 }
 
