@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
-    support::require_forms(options.out_as);
+    support::require_forms(options.out_as, source_file);
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     for (const auto& [file, table] : {std::pair(source_file, source), std::pair(target_file, target)})
       support::print(support::warnings_of(table), file);

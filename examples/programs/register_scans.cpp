@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
-    support::require_forms(options.out_as);
+    support::require_forms(options.out_as, source_file);
     support::scan_options reading = options.for_reading();
     if (!merged.empty()) {
       support::require_scan_format(merged);
@@ -94,7 +94,8 @@ int main(int argc, char** argv) {
         options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
     const auto trusted = lacks_height ? std::nullopt : result.target_from_source;
     support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source_map.stems),
-                                   source_file, std::cout);
+                                   source_file, std::cout,
+                                   target.header().pose.value_or(Eigen::Isometry3d::Identity()));
     support::write_or_remove_transform(out, trusted);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     if (registered && options.dof == "4") {  // otherwise the reason says it

@@ -1,7 +1,10 @@
 // Internal to the readers: E57 (ASTM E2807), the exchange format of laser scanners.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <cstddef>
+#include <ostream>
 #include <string_view>
 
 #include "support/input_file.hpp"
@@ -18,5 +21,9 @@ std::size_t count_e57_scans(input_file& file);
 /// Scan `number`, counted from 1, in the frame of its stored coordinates, which is the scanner's own where
 /// the file has a pose. Points without valid coordinates are not-a-number. Throws `file_error`.
 opened_scan open_e57(input_file& file, std::size_t number, const scan_options& options);
+
+/// Writes the file with another pose of scan `number`. Throws `file_error`.
+void write_e57_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
+                         std::ostream& out);
 
 }  // namespace globalmatch::support

@@ -5,12 +5,14 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "support/text_fields.hpp"
 
-// Builds for other machines have no pugixml, which is not a library of headers alone; where its header is found
-// even so, the build says that there is nothing to link.
+// Builds for other machines have no pugixml, which is not a library of headers alone; where its header is
+// found even so, the build says that there is nothing to link.
 #if __has_include(<pugixml.hpp>) && !defined(GLOBALMATCH_WITHOUT_PUGIXML)
 #include <pugixml.hpp>
 
@@ -63,6 +65,31 @@ std::optional<Eigen::Isometry3d> pose_of(const e57_pages& pages, const pugi::xml
   constexpr double rounding = 1e-3;  // of a quaternion with few digits
   if (!(std::abs(turn.norm() - 1) < rounding) || !shift.allFinite()) return std::nullopt;
   return Eigen::Translation3d(shift) * turn.normalized();
+}
+
+// Appends a number as an element of the format, with the same bits when it is read.
+void append_number(pugi::xml_node& parent, const char* name, double value) {
+  std::array<char, 32> text = {};
+  std::to_chars(text.data(), text.data() + text.size() - 1, value);
+  pugi::xml_node element = parent.append_child(name);
+  element.append_attribute("type") = "Float";
+  element.text().set(text.data());
+}
+
+void set_pose(pugi::xml_node& scan, const Eigen::Isometry3d& survey_from_file) {
+  scan.remove_child("pose");
+  pugi::xml_node pose = scan.prepend_child("pose");
+  pugi::xml_node rotation = pose.append_child("rotation"), translation = pose.append_child("translation");
+  for (pugi::xml_node* structure : {&pose, &rotation, &translation})
+    structure->append_attribute("type") = "Structure";
+  const Eigen::Quaterniond q(survey_from_file.linear());
+  append_number(rotation, "w", q.w());
+  append_number(rotation, "x", q.x());
+  append_number(rotation, "y", q.y());
+  append_number(rotation, "z", q.z());
+  append_number(translation, "x", survey_from_file.translation().x());
+  append_number(translation, "y", survey_from_file.translation().y());
+  append_number(translation, "z", survey_from_file.translation().z());
 }
 
 e57_field field_of(const e57_pages& pages, const pugi::xml_node& node, std::size_t stream) {
@@ -175,11 +202,15 @@ std::size_t e57_description::scans() const {
   return document_->scans.size();
 }
 
-e57_scan e57_description::scan(std::size_t number) const {
+void e57_description::require_scan(std::size_t number) const {
   if (scans() == 0) pages_.fail("holds no scan", "Export the scans, and not only pictures or positions");
   if (number == 0 || number > scans())
     pages_.fail("holds " + std::to_string(scans()) + " scans, and no scan " + std::to_string(number),
                 "Scans are counted from 1");
+}
+
+e57_scan e57_description::scan(std::size_t number) const {
+  require_scan(number);
   const pugi::xml_node node = document_->scans[number - 1], points = node.child("points");
   require_known_codecs(pages_, points);
   e57_scan scan;
@@ -195,6 +226,19 @@ e57_scan e57_description::scan(std::size_t number) const {
   find_coordinates(pages_, leaves, scan);
   scan.pose = pose_of(pages_, node.child("pose"));
   return scan;
+}
+
+std::string e57_description::xml_with_pose(std::size_t number,
+                                           const Eigen::Isometry3d& survey_from_file) const {
+  require_scan(number);
+  pugi::xml_document changed;
+  changed.reset(document_->xml);
+  std::size_t count = 0;
+  for (pugi::xml_node scan : changed.child("e57Root").child("data3D").children())
+    if (scan.child("points") && ++count == number) set_pose(scan, survey_from_file);
+  std::ostringstream text;
+  changed.save(text, "", pugi::format_raw);
+  return std::move(text).str();
 }
 
 }  // namespace globalmatch::support
@@ -215,6 +259,10 @@ std::size_t e57_description::scans() const {
 }
 
 e57_scan e57_description::scan(std::size_t) const {
+  return {};
+}
+
+std::string e57_description::xml_with_pose(std::size_t, const Eigen::Isometry3d&) const {
   return {};
 }
 

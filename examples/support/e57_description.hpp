@@ -52,9 +52,13 @@ class e57_description {
   std::size_t scans() const;
   /// Scan `number`, counted from 1. Throws `file_error` when there is none, or it has no coordinates.
   e57_scan scan(std::size_t number) const;
+  /// The XML with another pose of scan `number`. Throws as `scan`.
+  std::string xml_with_pose(std::size_t number, const Eigen::Isometry3d& survey_from_file) const;
 
  private:
   struct document;
+  void require_scan(std::size_t number) const;
+
   const e57_pages& pages_;
   std::unique_ptr<document> document_;
 };

@@ -88,6 +88,33 @@ void e57_pages::read(std::uint64_t offset, std::span<char> bytes) const {
   }
 }
 
+void e57_pages::write_with_xml(std::ostream& out, std::string_view xml) const {
+  // Most writers put the description last: then it is replaced, else it goes unread.
+  const bool is_last = (xml_offset_ + xml_size_ + content_size - 1) / content_size == pages_;
+  const std::uint64_t begin = is_last ? xml_offset_ : size(), end = begin + xml.size(),
+                      pages = (end + content_size - 1) / content_size;
+  const auto write_page = [&](std::uint64_t number) {
+    const std::uint64_t first = number * content_size;
+    std::array<char, page_size> page = {};
+    const std::span content(page.data(), content_size);
+    if (first < begin)
+      read(first, content.first(static_cast<std::size_t>(std::min(content_size, begin - first))));
+    for (std::uint64_t i = std::max(first, begin); i < std::min(first + content_size, end); ++i)
+      content[static_cast<std::size_t>(i - first)] = xml[static_cast<std::size_t>(i - begin)];
+    if (number == 0) {
+      store(pages * page_size, &content[16], std::endian::little);
+      store(begin / content_size * page_size + begin % content_size, &content[24], std::endian::little);
+      store(std::uint64_t(xml.size()), &content[32], std::endian::little);
+    }
+    store(detail::crc32c(content), &page[content_size], std::endian::big);
+    out.write(page.data(), page_size);
+  };
+  const std::uint64_t first_changed = std::max<std::uint64_t>(1, begin / content_size);
+  write_page(0);
+  copy_bytes(file_, page_size, first_changed * page_size, out);
+  for (std::uint64_t number = first_changed; number < pages; ++number) write_page(number);
+}
+
 void e57_pages::fail(std::string_view problem, std::string_view remedy) const {
   file_.fail(problem, remedy);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <ostream>
 #include <span>
 #include <string>
 #include <string_view>
@@ -29,6 +30,9 @@ class e57_pages {
   /// Fills `bytes` with the content from `offset` on. Throws `file_error` where a page does not fit its
   /// checksum, or the file ends before.
   void read(std::uint64_t offset, std::span<char> bytes) const;
+
+  /// Writes the file with another description of its scans; points stay where they are.
+  void write_with_xml(std::ostream& out, std::string_view xml) const;
 
   /// Throws `file_error` for the file as a whole.
   [[noreturn]] void fail(std::string_view problem, std::string_view remedy) const;

@@ -1,10 +1,12 @@
 #include "support/file_bytes.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <string>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "support/file_error.hpp"
 #include "support/temporary_file.hpp"
@@ -136,6 +138,16 @@ void file_bytes::fail(std::string_view problem, std::string_view remedy) const {
 void file_bytes::fail_truncated() const {
   fail("ends before all the data that its header announces",
        "It is probably truncated: copy or export it again");
+}
+
+void copy_bytes(const file_bytes& file, std::uint64_t begin, std::uint64_t end, std::ostream& out) {
+  constexpr std::uint64_t block = 1 << 20;
+  std::vector<char> bytes;
+  for (; begin < end && out; begin += bytes.size()) {
+    bytes.resize(static_cast<std::size_t>(std::min(block, end - begin)));
+    file.read(begin, bytes);
+    out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  }
 }
 
 }  // namespace globalmatch::support

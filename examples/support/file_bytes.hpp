@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <ostream>
 #include <span>
 #include <string_view>
 
@@ -40,5 +41,8 @@ class file_bytes {
   std::uint64_t size_ = 0;
   std::shared_ptr<const handle> handle_;
 };
+
+/// Writes the bytes [begin, end) of a file, in blocks. Throws `file_error` when the file ends before.
+void copy_bytes(const file_bytes& file, std::uint64_t begin, std::uint64_t end, std::ostream& out);
 
 }  // namespace globalmatch::support

@@ -19,7 +19,7 @@ namespace {
 
 // Numbers in each line of the header: columns, rows, the scanner's position and axes, a matrix.
 constexpr std::array<std::size_t, 10> header = {1, 1, 3, 3, 3, 3, 4, 4, 4, 4};
-constexpr std::size_t first_of_matrix = 6;
+constexpr std::size_t first_of_pose = 2, first_of_matrix = 6;
 constexpr std::string_view export_again = "Export the scan again as PTX, E57, PLY, LAS or text (x y z)";
 
 struct ptx_header {
@@ -137,6 +137,34 @@ std::size_t count_ptx_scans(input_file& file) {
   return count;
 }
 
+namespace {
+
+[[noreturn]] void fail_without_scan(const input_file& file, std::size_t count, std::size_t number) {
+  file.fail("holds " + std::to_string(count) + " scans, and no scan " + std::to_string(number),
+            "Scans are counted from 1");
+}
+
+// What ends the line that ends before `offset`.
+std::string_view line_end_before(const file_bytes& file, std::uint64_t offset) {
+  std::array<char, 2> last;
+  file.read(offset - 2, last);
+  if (last[1] == '\r') return "\r";
+  return last[0] == '\r' ? "\r\n" : "\n";
+}
+
+// The scanner's place and axes, and the matrix that says the same.
+void write_ptx_pose(const Eigen::Isometry3d& survey_from_file, std::string_view line_end, std::ostream& out) {
+  const auto write = [&](const auto& numbers) {
+    for (Eigen::Index i = 0; i < numbers.size(); ++i) out << (i > 0 ? " " : "") << numbers[i];
+    out << line_end;
+  };
+  write(survey_from_file.translation());
+  for (int axis = 0; axis < 3; ++axis) write(survey_from_file.linear().col(axis));
+  for (int row = 0; row < 4; ++row) write(survey_from_file.matrix().col(row));
+}
+
+}  // namespace
+
 opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& options) {
   opened_scan opened;
   std::size_t count = 0;
@@ -146,13 +174,29 @@ opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& o
     else
       for (std::uint64_t i = 0; i < scan->points; ++i) read_row(file);
   }
-  if (!opened.points)
-    file.fail("holds " + std::to_string(count) + " scans, and no scan " + std::to_string(number),
-              "Scans are counted from 1");
+  if (!opened.points) fail_without_scan(file, count, number);
   opened.scans = count;
   opened.header.format = "PTX";
   if (count > 1) opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(count);
   return opened;
+}
+
+void write_ptx_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
+                         std::ostream& out) {
+  for (std::size_t scan = 1; scan < number; ++scan) {
+    const auto header_of_other = read_header(file);
+    if (!header_of_other) fail_without_scan(file, scan - 1, number);
+    for (std::uint64_t i = 0; i < header_of_other->points; ++i) read_row(file);
+  }
+  auto line = file.read_line();
+  while (line && is_passed_over_in_ptx(trim(*line))) line = file.read_line();
+  if (!line) fail_without_scan(file, number - 1, number);
+  read_row(file);  // the rows, after the columns
+  const std::uint64_t begin = file.offset();
+  for (std::size_t i = first_of_pose; i < header.size(); ++i) read_row(file);
+  copy_bytes(file.bytes(), 0, begin, out);
+  write_ptx_pose(survey_from_file, line_end_before(file.bytes(), begin), out);
+  copy_bytes(file.bytes(), file.offset(), file.bytes().size(), out);
 }
 
 }  // namespace globalmatch::support

@@ -1,7 +1,10 @@
 // Internal to the readers: PTX, the text format of Leica for scans with their poses.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <cstddef>
+#include <ostream>
 #include <string_view>
 
 #include "support/input_file.hpp"
@@ -19,5 +22,9 @@ std::size_t count_ptx_scans(input_file& file);
 /// Scan `number`, counted from 1, in the scanner's own frame. Empty returns, which are at the origin, are
 /// left out. A matrix that is not rigid is no pose. Throws `file_error`.
 opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& options);
+
+/// Writes the file with another pose of scan `number`. Throws `file_error`.
+void write_ptx_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
+                         std::ostream& out);
 
 }  // namespace globalmatch::support

@@ -23,6 +23,13 @@ T load(const char* bytes, std::endian order) {
   return value;
 }
 
+/// The number into unaligned bytes in the given byte order.
+template <class T>
+void store(T value, char* bytes, std::endian order) {
+  std::memcpy(bytes, &value, sizeof(T));
+  if (order != std::endian::native) std::reverse(bytes, bytes + sizeof(T));
+}
+
 /// Calls `use(T{})` for the type that `type` names, and returns what it returns.
 template <class Use>
 constexpr decltype(auto) visit_type(scalar type, const Use& use) {

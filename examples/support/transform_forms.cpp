@@ -12,6 +12,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
+#include "support/posed_copies.hpp"
 #include "support/scan_files.hpp"
 #include "support/text_fields.hpp"
 
@@ -19,20 +20,23 @@ namespace globalmatch::support {
 
 namespace {
 
-enum class form { cloudcompare, riscan, pdal };
+enum class form { cloudcompare, riscan, pdal, posed_copy };
 
 std::optional<form> form_of(const std::filesystem::path& path) {
   const std::string name = lower_case(path.filename().string());
   if (name.ends_with(".mat.txt") || name.ends_with(".cc.txt")) return form::cloudcompare;
   if (name.ends_with(".dat")) return form::riscan;
   if (name.ends_with(".json")) return form::pdal;
+  if (is_posed_copy(path)) return form::posed_copy;
   return std::nullopt;
 }
 
 void require_form(const std::filesystem::path& path) {
   if (!form_of(path))
-    throw file_error(path, "has no ending that names the form of a transform",
-                     "Name it .mat.txt or .cc.txt (CloudCompare), .dat (RiSCAN PRO) or .json (PDAL)");
+    throw file_error(
+        path, "has no ending that names the form of a transform",
+        "Name it .mat.txt or .cc.txt (CloudCompare), .dat (RiSCAN PRO), .json (PDAL), or .e57 or "
+        ".ptx for a copy of the scan with its pose");
 }
 
 std::string to_text(const Eigen::Matrix4d& m, std::string_view line_end) {
@@ -128,17 +132,23 @@ centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eige
   return centred;
 }
 
-void require_forms(std::span<const std::filesystem::path> paths) {
+void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source) {
   for (const std::filesystem::path& path : paths) {
     require_form(path);
     require_writable({path});
+    if (form_of(path) == form::posed_copy) require_posed_copy(path, source);
   }
 }
 
 std::string write_transform_form(const std::filesystem::path& path,
                                  const Eigen::Isometry3d& target_from_source,
-                                 const Eigen::Vector3d& near_points, const std::filesystem::path& source) {
+                                 const Eigen::Vector3d& near_points, const std::filesystem::path& source,
+                                 const Eigen::Isometry3d& survey_from_target) {
   require_form(path);
+  if (form_of(path) == form::posed_copy) {
+    write_posed_copy(path, source, survey_from_target * target_from_source);
+    return "CloudCompare -O " + quoted_path(path);
+  }
   if (form_of(path) == form::cloudcompare)
     return write_for_cloudcompare(path, centre(target_from_source, near_points), source);
   if (form_of(path) == form::pdal) return write_for_pdal(path, target_from_source.matrix(), source);
@@ -150,14 +160,14 @@ std::string write_transform_form(const std::filesystem::path& path,
 void write_or_remove_forms(std::span<const std::filesystem::path> paths,
                            const std::optional<Eigen::Isometry3d>& target_from_source,
                            const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                           std::ostream& out) {
+                           std::ostream& out, const Eigen::Isometry3d& survey_from_target) {
   bool is_shifted = false;
   for (const std::filesystem::path& path : paths) {
     if (!target_from_source) {
       remove_earlier(path);
       continue;
     }
-    out << write_transform_form(path, *target_from_source, near_points, source) << '\n';
+    out << write_transform_form(path, *target_from_source, near_points, source, survey_from_target) << '\n';
     is_shifted = is_shifted || form_of(path) == form::cloudcompare;
   }
   if (!is_shifted) return;

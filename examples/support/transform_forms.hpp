@@ -26,26 +26,30 @@ struct centred_transform {
 /// axis.
 centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& near_points);
 
-/// Throws `file_error` for the first name that does not end in .mat.txt, .cc.txt, .dat or .json, or cannot be
-/// written. To be asked before long work.
-void require_forms(std::span<const std::filesystem::path> paths);
+/// Throws `file_error` for the first name that does not end as `write_transform_form` says, is no form for
+/// the file `source`, or cannot be written. To be asked before long work.
+void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source);
 
 /// Writes a transform of the file `source` in the form that the name asks for:
 /// - .mat.txt, .cc.txt: CloudCompare, four lines of four numbers; centred where coordinates are large
 /// - .dat: RiSCAN PRO, the same lines, never centred
 /// - .json: a pipeline for PDAL, which reads `source` and writes it as SOURCE_registered beside it
+/// - .e57, .ptx: a copy of `source`, of that format, in which its pose is `survey_from_target` times the
+///   transform: both scans fit where poses are applied
 /// Returns the line that applies it. Throws `file_error` when it cannot be written, or PDAL cannot read the
 /// source.
 std::string write_transform_form(const std::filesystem::path& path,
                                  const Eigen::Isometry3d& target_from_source,
-                                 const Eigen::Vector3d& near_points, const std::filesystem::path& source);
+                                 const Eigen::Vector3d& near_points, const std::filesystem::path& source,
+                                 const Eigen::Isometry3d& survey_from_target = Eigen::Isometry3d::Identity());
 
 /// Writes all of these forms, and a line for each to `out`; and if a form is centred, how. Removes files of
 /// these names where there is no transform.
 void write_or_remove_forms(std::span<const std::filesystem::path> paths,
                            const std::optional<Eigen::Isometry3d>& target_from_source,
                            const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                           std::ostream& out);
+                           std::ostream& out,
+                           const Eigen::Isometry3d& survey_from_target = Eigen::Isometry3d::Identity());
 
 /// The position of a stem, as a place near the points; zero where there is no stem.
 template <class Stems>

@@ -1,0 +1,59 @@
+#include "support/posed_copies.hpp"
+
+#include <string>
+#include <system_error>
+
+#include "support/atomic_file.hpp"
+#include "support/e57.hpp"
+#include "support/file_error.hpp"
+#include "support/input_file.hpp"
+#include "support/numbered_scans.hpp"
+#include "support/ptx.hpp"
+#include "support/text_fields.hpp"
+
+namespace globalmatch::support {
+
+namespace {
+
+enum class posed_format { none, e57, ptx };
+
+posed_format posed_format_of(input_file& file) {
+  constexpr std::size_t looked_at = 4096;  // bytes
+  const std::string_view start = file.peek(looked_at);
+  if (looks_like_e57(start)) return posed_format::e57;
+  return looks_like_ptx(start) ? posed_format::ptx : posed_format::none;
+}
+
+}  // namespace
+
+bool is_posed_copy(const std::filesystem::path& copy) {
+  const std::string ending = lower_case(copy.extension().string());
+  return ending == ".e57" || ending == ".ptx";
+}
+
+void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source) {
+  const std::filesystem::path path = parse_scan_name(source).path;
+  std::error_code absent;
+  if (std::filesystem::equivalent(copy, path, absent))
+    throw file_error(copy, "is the source itself", "Name another file");
+  input_file file(path);
+  const posed_format format = posed_format_of(file);
+  const bool is_e57 = lower_case(copy.extension().string()) == ".e57";
+  if (format != (is_e57 ? posed_format::e57 : posed_format::ptx))
+    throw file_error(copy,
+                     std::string("is a copy of the source with its pose, and that is no ") +
+                         (is_e57 ? "E57" : "PTX") + " file",
+                     "Choose another form of the transform, or --write");
+}
+
+void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source,
+                      const Eigen::Isometry3d& survey_from_file) {
+  const numbered_scan scan = parse_scan_name(source);
+  input_file file(scan.path);
+  atomic_file out(copy);
+  const auto write = posed_format_of(file) == posed_format::e57 ? write_e57_with_pose : write_ptx_with_pose;
+  write(file, scan.number.value_or(1), survey_from_file, out.stream());
+  out.commit();
+}
+
+}  // namespace globalmatch::support
