@@ -314,6 +314,71 @@ TEST_CASE("standard deviations that say nothing, or all, are believed as far as 
   }
 }
 
+TEST_CASE("right positions beside a wrong one count") {
+  std::size_t right = 0, left_out = 0, wrong_left = 0;
+  for (std::uint64_t seed = 20; seed < 28; ++seed) {
+    random_source random(seed);
+    const auto maps = maps_in_a_row(random);
+    survey_options options;
+    for (std::size_t m = 0; m < maps.size(); m += 2)
+      options.priors.push_back(measured(maps, m, 0.01, random));
+    const std::size_t wrong = 1 + seed % (options.priors.size() - 2);
+    const double direction = 6.28 * random.uniform();
+    options.priors[wrong].position += 0.8 * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0);
+    const survey s = register_survey(stems_of(maps), options);
+    for (std::size_t i = 0; i < s.priors.size(); ++i) {
+      if (i == wrong)
+        wrong_left += s.priors[i].weight > 0;
+      else
+        ++right, left_out += s.priors[i].weight == 0;
+    }
+  }
+  INFO(left_out << " of " << right << " right ones left out, wrong ones that count " << wrong_left);
+  CHECK(right > 50);
+  CHECK(left_out <= 2);
+  CHECK(wrong_left <= 1);
+}
+
+TEST_CASE("what is wrong in plan changes nothing of heights that are all off by more than they say") {
+  random_source random(15);
+  const auto maps = maps_in_a_row(random);
+  survey_options options;
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    options.priors.push_back(measured(maps, m, 0.01, random));
+    options.priors.back().position.z() += 0.09 * random.normal();
+  }
+  options.priors[6].position.x() += 0.5;
+  const survey s = register_survey(stems_of(maps), options);
+  CHECK(s.priors[6].weight == 0);
+  std::size_t heights = 0;
+  for (const survey::adjusted_prior& p : s.priors) {
+    heights += p.height_weight > 0;
+    CHECK(p.height_weight < 0.1);
+  }
+  CHECK(heights >= maps.size() - 1);
+}
+
+TEST_CASE("each component is adjusted to its own priors, whatever the others have") {
+  random_source random(16);
+  std::vector<surveyed_map> maps = maps_in_a_row(random);
+  const std::size_t first = maps.size();
+  for (surveyed_map& m : maps_in_a_row(random)) maps.push_back(std::move(m));
+  survey_options options;
+  for (std::size_t m = 0; m < first; m += 2) options.priors.push_back(measured(maps, m, 0.01, random));
+  options.priors[3].position.y() += 1;
+  const survey alone = register_survey(stems_of(maps), options);
+  for (std::size_t m = first; m < maps.size(); m += 5) {
+    options.priors.push_back(measured(maps, m, 0.01, random));
+    options.priors.back().position.head<2>().setConstant(std::numeric_limits<double>::quiet_NaN());
+  }
+  const survey s = register_survey(stems_of(maps), options);
+  REQUIRE(s.components == 2);
+  CHECK(s.scans[options.priors[3].scan].prior_deviations > 50);
+  for (std::size_t m = 0; m < first; ++m)
+    CHECK(s.scans[m].survey_from_scan.matrix() == alone.scans[m].survey_from_scan.matrix());
+  CHECK(std::isinf(s.frames[std::size_t(s.scans[first].component)].yaw_sigma));
+}
+
 TEST_CASE("standard deviations that are too small on the whole are scaled, and no prior is left out") {
   random_source random(14);
   const auto maps = maps_in_a_row(random);
@@ -348,6 +413,9 @@ TEST_CASE("priors that say next to nothing leave uncertainties as they are") {
       INFO(m << " " << i << " " << before << " " << after);
       if (i > 1) CHECK(after == Approx(before).epsilon(0.1));
     }
+  for (std::size_t m = 0; m < maps.size(); ++m)  // turned with the frame
+    CHECK(with.scans[m].uncertainty->covariance.topLeftCorner(2, 2).trace() ==
+          Approx(without.scans[m].uncertainty->covariance.topLeftCorner(2, 2).trace()).epsilon(0.1));
 }
 
 }  // namespace globalmatch::test_adjust_to_priors

@@ -126,9 +126,10 @@ inline std::vector<refined_pair> heights_by_trees(const survey& s, double stem_s
   return pairs;
 }
 
-/// Adjusts all poses to refined pairs, trees, targets, and priors as far as these count. The frame of the
-/// priors is that of the survey afterwards as well.
-inline adjusted_parts adjust_with_frames(survey& s, std::span<const refined_pair> refined, prior_use use) {
+/// Adjusts all poses to refined pairs, trees, targets, and the priors that count, of one component or of all
+/// (-1). The frame of the priors is that of the survey afterwards as well.
+inline adjusted_parts adjust_with_frames(survey& s, std::span<const refined_pair> refined, prior_use use,
+                                         int of_component = -1) {
   constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
   const std::size_t scans = s.scans.size();
   std::vector<std::size_t> frame_of(s.components, none);
@@ -136,6 +137,7 @@ inline adjusted_parts adjust_with_frames(survey& s, std::span<const refined_pair
   for (const survey::adjusted_prior& p : s.priors) {
     const int component = s.scans[p.given.scan].component;
     if (component < 0 || !s.scans[p.given.scan].uncertainty) continue;
+    if (of_component >= 0 && component != of_component) continue;
     std::size_t& frame = frame_of[std::size_t(component)];
     if (frame == none) {
       frame = s.scans.size();
@@ -158,13 +160,23 @@ inline void adjust_beside_priors(survey& s, std::span<const refined_pair> refine
   note_deviations(s);
 }
 
-/// Leaves out what the others and the stems contradict, and adjusts the survey to the priors that are left.
-/// `stem_height_sigma` [m] of the height of a stem.
+/// Leaves out what the others and the stems contradict, and adjusts the survey to the priors that are left,
+/// each component by itself. `stem_height_sigma` [m] of the height of a stem.
 inline void adjust_to_priors(survey& s, double stem_height_sigma) {
   const std::vector<refined_pair> heights = heights_by_trees(s, stem_height_sigma);
-  leave_out_contradicted(s,
-                         [&](survey& trial) { return adjust_with_frames(trial, heights, prior_use::test); });
-  adjust_with_frames(s, heights, prior_use::measure);
+  for (int component = 0; component < int(s.components); ++component) {
+    const bool has_priors = std::ranges::any_of(
+        s.priors, [&](const auto& p) { return s.scans[p.given.scan].component == component; });
+    if (!has_priors) continue;
+    const double yaw_sigma = leave_out_contradicted(s, component, [&](survey& trial) {
+      return adjust_with_frames(trial, heights, prior_use::test, component);
+    });
+    survey::frame& frame = s.frames[std::size_t(component)];
+    const auto size =
+        std::ranges::count_if(s.scans, [&](const auto& scan) { return scan.component == component; });
+    if (frame.source == survey::frame_source::priors && size > 1) frame.yaw_sigma = yaw_sigma;
+    adjust_with_frames(s, heights, prior_use::measure, component);
+  }
   note_deviations(s);
 }
 

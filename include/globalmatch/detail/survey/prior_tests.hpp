@@ -2,8 +2,14 @@
 // adjusted to them. Out: what each prior counts.
 #pragma once
 
+#include <Eigen/Core>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -11,113 +17,166 @@
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/prior.hpp"
 #include "globalmatch/detail/survey/adjust_to_pairs.hpp"
-#include "globalmatch/detail/survey/pose_uncertainty.hpp"
 #include "globalmatch/detail/survey/survey_frames.hpp"
 #include "globalmatch/survey_options.hpp"
 
 namespace globalmatch::detail {
 
-/// A weight of a prior, and its squared residual after the adjustment in standard deviations of that: smaller
-/// than those of the prior, since the adjustment follows it (data snooping: Baarda 1968).
+/// A weight of a prior, and its squared residual in standard deviations: where it counts of the residual,
+/// which are smaller than those of the prior since the adjustment follows it, and else of the prior and the
+/// adjusted value (data snooping: Baarda 1968).
 struct prior_test {
   double* weight;
   double squared;
 };
 
-/// Tests of one kind of measurement, of shift, of yaw or in height.
+/// Tests of one kind of measurement: of shifts, yaws or heights.
 struct prior_tests {
   double median_of_chi_squared;
-  std::vector<prior_test> all = {};
+  std::vector<prior_test> counted = {}, left_out = {};
 
-  /// `residual` and standard deviation of the prior, and the `variance` of the adjusted value.
-  void add(double& weight, double residual, double prior_variance, double variance) {
-    constexpr double least = 1e-3;  // of the variance of the prior: where nothing else measures the value
-    if (weight > 0)
-      all.push_back(
-          {&weight, residual * residual / std::max(least * prior_variance, prior_variance - variance)});
-  }
-  /// By which squared residuals are larger than standard deviations say, if they are.
+  /// By which squared residuals are larger than standard deviations say; 1 where chance makes them so.
   double scale() const {
+    constexpr double deviations = 4;  // the median of n is off by about one in the square root of n
     std::vector<double> squares;
-    for (const prior_test& t : all) squares.push_back(t.squared);
-    return squares.empty() ? 1 : std::max(1.0, median(squares) / median_of_chi_squared);
+    for (const prior_test& t : counted) squares.push_back(t.squared);
+    if (squares.empty()) return 1;
+    const double factor = median(squares) / median_of_chi_squared;
+    return factor > 1 + deviations / std::sqrt(double(squares.size())) ? factor : 1;
   }
   double largest() const {
     double most = 0;
-    for (const prior_test& t : all) most = std::max(most, t.squared);
+    for (const prior_test& t : counted) most = std::max(most, t.squared);
     return most;
   }
-  /// Takes their weight from those that are further off than the limit.
-  void leave_out(double limit) const {
-    for (const prior_test& t : all)
-      if (t.squared > limit) *t.weight = 0;
+  /// Takes their weight from those that are further off than the limit, and returns which.
+  std::vector<double*> leave_out(double limit) const {
+    std::vector<double*> weights;
+    for (const prior_test& t : counted)
+      if (t.squared > limit) *t.weight = 0, weights.push_back(t.weight);
+    return weights;
   }
-  /// Gives those that are left the weight that their residuals have.
+  /// The weight of what was left out and fits best; null where nothing fits within the limit.
+  double* best_left_out(double limit) const {
+    double* weight = nullptr;
+    for (const prior_test& t : left_out)
+      if (t.squared <= limit) weight = t.weight, limit = t.squared;
+    return weight;
+  }
+  /// Takes as much of the weight of those that count as their residuals ask for.
   void scale_weights() const {
-    const double weight = 1 / scale();
-    for (const prior_test& t : all) *t.weight = weight;
+    const double factor = scale();
+    for (const prior_test& t : counted) *t.weight /= factor;
   }
 };
 
-/// The tests of all priors of `s` by a survey that was adjusted to them.
+/// The tests of all priors of a component by a survey that was adjusted to those that count.
 struct tests_of_priors {
-  prior_tests shift{1.386}, yaw{0.4549}, height{0.4549};  // of two degrees of freedom, and of one
+  prior_tests shifts{1.386}, yaws{0.4549}, heights{0.4549};  // of two degrees of freedom, and of one
 
-  tests_of_priors(survey& s, const survey& adjusted, const adjusted_parts& parts) {
+  tests_of_priors(survey& s, int component, const survey& adjusted, const adjusted_parts& parts) {
     for (survey::adjusted_prior& p : s.priors) {
       const survey::scan& scan = adjusted.scans[p.given.scan];
-      if (!scan.uncertainty) continue;
+      if (scan.component != component || !scan.uncertainty) continue;
       const Eigen::Isometry3d& pose = scan.survey_from_scan;
       const Eigen::Vector3d off = pose.translation() - p.given.position;
-      const place_variance at(*scan.uncertainty, pose.translation());
+      const Eigen::Matrix3d there = scan.uncertainty->at(pose.translation());
       if (parts.shifts) {
-        shift.add(p.weight, off.head<2>().norm(), variance_of_shift(p.given.sigma_plan), at.horizontal);
-        yaw.add(p.yaw_weight, wrapped(std::atan2(pose(1, 0), pose(0, 0)) - p.given.yaw),
-                variance_of_yaw(p.given.sigma_yaw), scan.uncertainty->covariance(3, 3));
+        add_shift(p, off.head<2>(), there.topLeftCorner<2, 2>());
+        add(yaws, p.yaw_weight, wrapped(std::atan2(pose(1, 0), pose(0, 0)) - p.given.yaw),
+            variance_of_yaw(p.given.sigma_yaw), scan.uncertainty->covariance(3, 3));
       }
-      if (parts.heights)
-        height.add(p.height_weight, off.z(), variance_of_shift(p.given.sigma_height), at.height);
+      if (parts.heights && scan.is_height_known)
+        add(heights, p.height_weight, off.z(), variance_of_shift(p.given.sigma_height), there(2, 2));
     }
   }
 
-  double largest() const { return std::max({shift.largest(), yaw.largest(), height.largest()}); }
-  void leave_out(double limit) const {
-    for (const prior_tests* t : {&shift, &yaw, &height}) t->leave_out(limit);
+ private:
+  /// Squared residual in standard deviations; nothing where the adjustment does not follow a prior that
+  /// counts, since nothing ties its scan.
+  static std::optional<double> squared(double residual, double weight, double prior_variance,
+                                       double variance) {
+    constexpr double least = 1e-3, rounding = 1.01;  // of the variance of the prior
+    const bool counts = weight > 0;
+    if (counts) prior_variance /= weight;
+    if (counts && variance > rounding * prior_variance) return std::nullopt;
+    const double of_residual =
+        counts ? std::max(least * prior_variance, prior_variance - variance) : prior_variance + variance;
+    return residual * residual / of_residual;
   }
-  void scale_weights() const {
-    for (const prior_tests* t : {&shift, &yaw, &height}) t->scale_weights();
+  static void add(prior_tests& tests, double& weight, double residual, double prior_variance,
+                  double variance) {
+    const auto square = squared(residual, weight, prior_variance, variance);
+    if (square && std::isfinite(*square))
+      (weight > 0 ? tests.counted : tests.left_out).push_back({&weight, *square});
   }
-  /// The largest, scaled as residuals are when what is furthest off is left out: one that is wrong makes
-  /// others seem so.
-  double max_scaled_by(const tests_of_priors& left) const {
-    return std::max({shift.largest() / left.shift.scale(), yaw.largest() / left.yaw.scale(),
-                     height.largest() / left.height.scale()});
+  void add_shift(survey::adjusted_prior& p, const Eigen::Vector2d& residual,
+                 const Eigen::Matrix2d& covariance) {
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes;
+    axes.computeDirect(covariance);
+    const Eigen::Vector2d along = axes.eigenvectors().transpose() * residual;
+    const double prior_variance = variance_of_shift(p.given.sigma_plan);
+    const auto first = squared(along[0], p.weight, prior_variance, axes.eigenvalues()[0]),
+               second = squared(along[1], p.weight, prior_variance, axes.eigenvalues()[1]);
+    if (first && second && std::isfinite(*first + *second))
+      (p.weight > 0 ? shifts.counted : shifts.left_out).push_back({&p.weight, *first + *second});
   }
 };
 
-/// Takes their weight from priors that the others and the stems contradict, the worst first; those that are
-/// left count as much as they agree on the whole. `adjust(survey&)` adjusts to the priors that count and
-/// returns what it adjusted; uncertainties are then those in the frame of the priors.
-template <class Adjust>
-void leave_out_contradicted(survey& s, const Adjust& adjust) {
+/// Decides which priors of one kind count. `test()` adjusts to those that do and tests all. Those that are
+/// furthest off are left out first, with what is half as far off and may be right; what fits then counts
+/// again.
+template <class Test>
+void decide_priors(prior_tests tests_of_priors::*kind, const Test& test) {
   constexpr double limit = tukey_constant * tukey_constant;
-  const auto test = [&] {
-    survey trial = s;
-    const adjusted_parts parts = adjust(trial);
-    return tests_of_priors(s, trial, parts);
-  };
-  tests_of_priors tests = test();
+  prior_tests tests = test().*kind;
   while (tests.largest() > limit) {
-    const std::vector<survey::adjusted_prior> before = s.priors;
-    tests.leave_out(std::max(limit, tests.largest() / 2));
-    tests_of_priors left = test();
-    if (!(tests.max_scaled_by(left) > limit)) {  // it is the standard deviations that are too small
-      std::copy(before.begin(), before.end(), s.priors.begin());
-      break;
+    const std::vector<double*> weights = tests.leave_out(std::max(limit, tests.largest() / 2));
+    prior_tests left = test().*kind;
+    if (!(tests.largest() / left.scale() > limit)) {  // it is the standard deviations that are too small
+      for (double* weight : weights) *weight = 1;
+      return;
     }
     tests = std::move(left);
   }
-  tests.scale_weights();
+  while (double* weight = tests.best_left_out(limit * tests.scale())) {
+    *weight = 1;
+    prior_tests with = test().*kind;
+    if (with.largest() > limit * tests.scale()) {
+      *weight = 0;
+      return;
+    }
+    tests = std::move(with);
+  }
+}
+
+/// Takes their weight from priors of a component that the others and the stems contradict; those that are
+/// left count as much as they agree on the whole. `adjust(survey&)` adjusts to the priors that count and
+/// returns what it adjusted; uncertainties are then those in the frame of the priors. Returns the standard
+/// deviation [rad] of the yaw of that frame, infinite where it is not known.
+template <class Adjust>
+double leave_out_contradicted(survey& s, int component, const Adjust& adjust) {
+  constexpr double unknown_yaw = 1;  // [rad] and more
+  constexpr int max_scalings = 10;
+  double yaw_variance = 0;
+  const auto test = [&] {
+    survey trial = s;
+    const adjusted_parts parts = adjust(trial);
+    yaw_variance = std::numeric_limits<double>::infinity();
+    for (const survey::scan& scan : trial.scans)
+      if (parts.shifts && scan.component == component && scan.uncertainty)
+        yaw_variance = std::min(yaw_variance, scan.uncertainty->covariance(3, 3));
+    return tests_of_priors(s, component, trial, parts);
+  };
+  for (const auto kind : {&tests_of_priors::shifts, &tests_of_priors::yaws, &tests_of_priors::heights})
+    decide_priors(kind, test);
+  for (int scaling = 0; scaling < max_scalings; ++scaling) {
+    const tests_of_priors tests = test();
+    if (std::max({tests.shifts.scale(), tests.yaws.scale(), tests.heights.scale()}) == 1) break;
+    for (const prior_tests* of_kind : {&tests.shifts, &tests.yaws, &tests.heights}) of_kind->scale_weights();
+  }
+  return yaw_variance < unknown_yaw * unknown_yaw ? std::sqrt(yaw_variance)
+                                                  : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace globalmatch::detail
