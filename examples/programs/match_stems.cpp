@@ -24,7 +24,7 @@ int main(int argc, char** argv) {
       ->expected(3)
       ->type_name("X,Y,Z")
       ->capture_default_str();
-  options.add_forms_to(app);
+  options.add_forms_to(app, false);
   options.add_matching_to(app);
   options.add_prior_to(app);
   app.add_flag(
@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, options.json});
-    support::require_forms(options.out_as, source_file);
+    support::require_forms(options.out_as, source_file, target_file);
     const auto source = support::read_stems(source_file), target = support::read_stems(target_file);
     for (const auto& [file, table] : {std::pair(source_file, source), std::pair(target_file, target)})
       support::print(support::warnings_of(table), file);

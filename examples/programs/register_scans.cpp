@@ -43,7 +43,7 @@ int main(int argc, char** argv) {
          "both scans in the target's frame with their attributes: .ply (one colour each), .las or .laz")
       ->type_name("FILE");
   app.add_option("--report", picture, "drawing of both stem maps before and after (SVG)")->type_name("FILE");
-  options.add_forms_to(app);
+  options.add_forms_to(app, true);
   options.add_mapping_to(app);
   options.add_matching_to(app);
   options.add_prior_to(app);
@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::require_writable({out, merged, picture, options.json});
-    support::require_forms(options.out_as, source_file);
+    support::require_forms(options.out_as, source_file, target_file);
     support::scan_options reading = options.for_reading();
     if (!merged.empty()) {
       support::require_scan_format(merged);

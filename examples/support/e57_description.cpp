@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
+#include <locale>
 #include <sstream>
 #include <string_view>
 #include <utility>
@@ -69,16 +70,18 @@ std::optional<Eigen::Isometry3d> pose_of(const e57_pages& pages, const pugi::xml
 
 // Appends a number as an element of the format, with the same bits when it is read.
 void append_number(pugi::xml_node& parent, const char* name, double value) {
-  std::array<char, 32> text = {};
-  std::to_chars(text.data(), text.data() + text.size() - 1, value);
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text.precision(std::numeric_limits<double>::max_digits10);
+  text << value;
   pugi::xml_node element = parent.append_child(name);
   element.append_attribute("type") = "Float";
-  element.text().set(text.data());
+  element.text().set(text.str().c_str());
 }
 
-void set_pose(pugi::xml_node& scan, const Eigen::Isometry3d& survey_from_file) {
-  scan.remove_child("pose");
-  pugi::xml_node pose = scan.prepend_child("pose");
+void set_pose(pugi::xml_node& of, const Eigen::Isometry3d& survey_from_file) {
+  of.remove_child("pose");
+  pugi::xml_node pose = of.prepend_child("pose");
   pugi::xml_node rotation = pose.append_child("rotation"), translation = pose.append_child("translation");
   for (pugi::xml_node* structure : {&pose, &rotation, &translation})
     structure->append_attribute("type") = "Structure";
@@ -90,6 +93,16 @@ void set_pose(pugi::xml_node& scan, const Eigen::Isometry3d& survey_from_file) {
   append_number(translation, "x", survey_from_file.translation().x());
   append_number(translation, "y", survey_from_file.translation().y());
   append_number(translation, "z", survey_from_file.translation().z());
+}
+
+// The pictures of a scan, which have poses of their own, move with it.
+void move_pictures(const e57_pages& pages, pugi::xml_node pictures, std::string_view guid_of_scan,
+                   const Eigen::Isometry3d& change) {
+  for (pugi::xml_node picture : pictures.children()) {
+    if (guid_of_scan.empty() || picture.child("associatedData3DGuid").text().get() != guid_of_scan) continue;
+    const auto pose = pose_of(pages, picture.child("pose"));
+    set_pose(picture, change * pose.value_or(Eigen::Isometry3d::Identity()));
+  }
 }
 
 e57_field field_of(const e57_pages& pages, const pugi::xml_node& node, std::size_t stream) {
@@ -233,11 +246,21 @@ std::string e57_description::xml_with_pose(std::size_t number,
   require_scan(number);
   pugi::xml_document changed;
   changed.reset(document_->xml);
+  pugi::xml_node declaration = changed.prepend_child(pugi::node_declaration);
+  declaration.append_attribute("version") = "1.0";
+  declaration.append_attribute("encoding") = "UTF-8";
+  pugi::xml_node root = changed.child("e57Root");
   std::size_t count = 0;
-  for (pugi::xml_node scan : changed.child("e57Root").child("data3D").children())
-    if (scan.child("points") && ++count == number) set_pose(scan, survey_from_file);
+  for (pugi::xml_node scan : root.child("data3D").children()) {
+    if (!scan.child("points") || ++count != number) continue;
+    const auto before = pose_of(pages_, scan.child("pose"));
+    set_pose(scan, survey_from_file);
+    move_pictures(pages_, root.child("images2D"), scan.child("guid").text().get(),
+                  survey_from_file * before.value_or(Eigen::Isometry3d::Identity()).inverse());
+  }
   std::ostringstream text;
-  changed.save(text, "", pugi::format_raw);
+  changed.save(text, "", pugi::format_raw | pugi::format_no_declaration);
+  while (text.tellp() % 4 != 0) text << '\n';  // sections begin at multiples of four bytes
   return std::move(text).str();
 }
 

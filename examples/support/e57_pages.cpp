@@ -88,9 +88,17 @@ void e57_pages::read(std::uint64_t offset, std::span<char> bytes) const {
   }
 }
 
+bool e57_pages::is_empty_from(std::uint64_t offset) const {
+  if (size() - offset >= content_size) return false;
+  std::array<char, content_size> bytes;
+  const std::span rest = std::span(bytes).first(static_cast<std::size_t>(size() - offset));
+  read(offset, rest);
+  return std::ranges::all_of(rest, [](char byte) { return byte == '\0'; });
+}
+
 void e57_pages::write_with_xml(std::ostream& out, std::string_view xml) const {
   // Most writers put the description last: then it is replaced, else it goes unread.
-  const bool is_last = (xml_offset_ + xml_size_ + content_size - 1) / content_size == pages_;
+  const bool is_last = is_empty_from(xml_offset_ + xml_size_);
   const std::uint64_t begin = is_last ? xml_offset_ : size(), end = begin + xml.size(),
                       pages = (end + content_size - 1) / content_size;
   const auto write_page = [&](std::uint64_t number) {

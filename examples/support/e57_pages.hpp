@@ -44,6 +44,8 @@ class e57_pages {
  private:
   static constexpr std::uint64_t page_size = 1024, content_size = 1020;
   void read_header();
+  /// Whether the file holds nothing more than the rest of a page of zeros.
+  bool is_empty_from(std::uint64_t offset) const;
 
   file_bytes file_;
   std::uint64_t pages_;

@@ -1,7 +1,8 @@
 #include "support/posed_copies.hpp"
 
+#include <array>
 #include <string>
-#include <system_error>
+#include <string_view>
 
 #include "support/atomic_file.hpp"
 #include "support/e57.hpp"
@@ -32,11 +33,7 @@ bool is_posed_copy(const std::filesystem::path& copy) {
 }
 
 void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source) {
-  const std::filesystem::path path = parse_scan_name(source).path;
-  std::error_code absent;
-  if (std::filesystem::equivalent(copy, path, absent))
-    throw file_error(copy, "is the source itself", "Name another file");
-  input_file file(path);
+  input_file file(parse_scan_name(source).path);
   const posed_format format = posed_format_of(file);
   const bool is_e57 = lower_case(copy.extension().string()) == ".e57";
   if (format != (is_e57 ? posed_format::e57 : posed_format::ptx))
@@ -44,6 +41,12 @@ void require_posed_copy(const std::filesystem::path& copy, const std::filesystem
                      std::string("is a copy of the source with its pose, and that is no ") +
                          (is_e57 ? "E57" : "PTX") + " file",
                      "Choose another form of the transform, or --write");
+  std::array<char, 2> first;
+  file.bytes().read(0, first);
+  const std::string_view mark(first.data(), first.size());
+  if (mark == "\xff\xfe" || mark == "\xfe\xff")
+    throw file_error(copy, "is a copy of the source with its pose, and that is text in UTF-16",
+                     "Save the source as UTF-8 or plain text");
 }
 
 void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source,

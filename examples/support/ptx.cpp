@@ -25,6 +25,8 @@ constexpr std::string_view export_again = "Export the scan again as PTX, E57, PL
 struct ptx_header {
   std::uint64_t points = 0;
   std::optional<Eigen::Isometry3d> pose;
+  Eigen::Isometry3d scanner = Eigen::Isometry3d::Identity();  // as its place and axes say
+  std::uint64_t begin_of_pose = 0;                            // bytes, of its eight lines
 };
 
 // The numbers of a line; nothing where it has others, or something else.
@@ -56,13 +58,15 @@ bool is_passed_over_in_ptx(std::string_view line) {
 }
 
 // The header of the next scan; nothing at the end of the file.
-std::optional<ptx_header> read_header(input_file& file) {
+std::optional<ptx_header> read_header(input_file& file, bool with_offset = false) {
   auto line = file.read_line();
   while (line && is_passed_over_in_ptx(trim(*line))) line = file.read_line();
   if (!line) return std::nullopt;
   std::uint64_t sizes[2] = {};
   Eigen::Matrix4d matrix;
+  ptx_header scan;
   for (std::size_t i = 0; i < header.size(); ++i) {
+    if (i == first_of_pose && with_offset) scan.begin_of_pose = file.offset();
     if (i > 0) line = file.read_line();
     if (!line) file.fail_truncated();
     const auto numbers = numbers_in(*line, header[i]);
@@ -72,11 +76,18 @@ std::optional<ptx_header> read_header(input_file& file) {
               ") of this line of a PTX header: a scan has more points than it announces, or is damaged",
           export_again);
     if (i < 2) sizes[i] = *to_count(trim(*line));
-    if (i >= first_of_matrix) matrix.row(static_cast<Eigen::Index>(i - first_of_matrix)) = *numbers;
+    if (i >= first_of_matrix)
+      matrix.row(static_cast<Eigen::Index>(i - first_of_matrix)) = *numbers;
+    else if (i > first_of_pose)
+      scan.scanner.linear().col(static_cast<Eigen::Index>(i - first_of_pose - 1)) = numbers->head<3>();
+    else if (i == first_of_pose)
+      scan.scanner.translation() = numbers->head<3>();
   }
   constexpr std::uint64_t shortest_line = 6;  // three digits, two blanks and an end, which the last may lack
   if (sizes[1] > 0 && sizes[0] > (file.remaining() + 1) / shortest_line / sizes[1]) file.fail_truncated();
-  return ptx_header{sizes[0] * sizes[1], pose_of(matrix)};
+  scan.points = sizes[0] * sizes[1];
+  scan.pose = pose_of(matrix);
+  return scan;
 }
 
 std::string_view read_row(input_file& file) {
@@ -152,14 +163,15 @@ std::string_view line_end_before(const file_bytes& file, std::uint64_t offset) {
   return last[0] == '\r' ? "\r\n" : "\n";
 }
 
-// The scanner's place and axes, and the matrix that says the same.
-void write_ptx_pose(const Eigen::Isometry3d& survey_from_file, std::string_view line_end, std::ostream& out) {
+// The scanner's place and axes, and the matrix.
+void write_ptx_pose(const Eigen::Isometry3d& scanner, const Eigen::Isometry3d& survey_from_file,
+                    std::string_view line_end, std::ostream& out) {
   const auto write = [&](const auto& numbers) {
     for (Eigen::Index i = 0; i < numbers.size(); ++i) out << (i > 0 ? " " : "") << numbers[i];
     out << line_end;
   };
-  write(survey_from_file.translation());
-  for (int axis = 0; axis < 3; ++axis) write(survey_from_file.linear().col(axis));
+  write(scanner.translation());
+  for (int axis = 0; axis < 3; ++axis) write(scanner.linear().col(axis));
   for (int row = 0; row < 4; ++row) write(survey_from_file.matrix().col(row));
 }
 
@@ -183,19 +195,16 @@ opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& o
 
 void write_ptx_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
                          std::ostream& out) {
-  for (std::size_t scan = 1; scan < number; ++scan) {
-    const auto header_of_other = read_header(file);
-    if (!header_of_other) fail_without_scan(file, scan - 1, number);
-    for (std::uint64_t i = 0; i < header_of_other->points; ++i) read_row(file);
+  std::optional<ptx_header> scan;
+  for (std::size_t count = 0; count < number; ++count) {
+    for (std::uint64_t i = 0; scan && i < scan->points; ++i) read_row(file);
+    scan = read_header(file, true);
+    if (!scan) fail_without_scan(file, count, number);
   }
-  auto line = file.read_line();
-  while (line && is_passed_over_in_ptx(trim(*line))) line = file.read_line();
-  if (!line) fail_without_scan(file, number - 1, number);
-  read_row(file);  // the rows, after the columns
-  const std::uint64_t begin = file.offset();
-  for (std::size_t i = first_of_pose; i < header.size(); ++i) read_row(file);
-  copy_bytes(file.bytes(), 0, begin, out);
-  write_ptx_pose(survey_from_file, line_end_before(file.bytes(), begin), out);
+  const Eigen::Isometry3d scanner =
+      scan->pose ? survey_from_file * scan->pose->inverse() * scan->scanner : survey_from_file;
+  copy_bytes(file.bytes(), 0, scan->begin_of_pose, out);
+  write_ptx_pose(scanner, survey_from_file, line_end_before(file.bytes(), scan->begin_of_pose), out);
   copy_bytes(file.bytes(), file.offset(), file.bytes().size(), out);
 }
 

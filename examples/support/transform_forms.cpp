@@ -12,6 +12,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
+#include "support/numbered_scans.hpp"
 #include "support/posed_copies.hpp"
 #include "support/scan_files.hpp"
 #include "support/text_fields.hpp"
@@ -132,10 +133,16 @@ centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eige
   return centred;
 }
 
-void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source) {
+void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source,
+                   const std::filesystem::path& target) {
   for (const std::filesystem::path& path : paths) {
     require_form(path);
     require_writable({path});
+    for (const std::filesystem::path& scan : {source, target}) {
+      std::error_code absent;
+      if (std::filesystem::equivalent(path, parse_scan_name(scan).path, absent))
+        throw file_error(path, "is one of the files to be read", "Name another file");
+    }
     if (form_of(path) == form::posed_copy) require_posed_copy(path, source);
   }
 }
@@ -147,7 +154,7 @@ std::string write_transform_form(const std::filesystem::path& path,
   require_form(path);
   if (form_of(path) == form::posed_copy) {
     write_posed_copy(path, source, survey_from_target * target_from_source);
-    return "CloudCompare -O " + quoted_path(path);
+    return "CloudCompare " + quoted_path(path);
   }
   if (form_of(path) == form::cloudcompare)
     return write_for_cloudcompare(path, centre(target_from_source, near_points), source);

@@ -27,8 +27,9 @@ struct centred_transform {
 centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& near_points);
 
 /// Throws `file_error` for the first name that does not end as `write_transform_form` says, is no form for
-/// the file `source`, or cannot be written. To be asked before long work.
-void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source);
+/// the file `source`, is one of both files, or cannot be written. To be asked before long work.
+void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source,
+                   const std::filesystem::path& target);
 
 /// Writes a transform of the file `source` in the form that the name asks for:
 /// - .mat.txt, .cc.txt: CloudCompare, four lines of four numbers; centred where coordinates are large

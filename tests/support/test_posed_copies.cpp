@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "catch.hpp"
@@ -101,6 +102,62 @@ TEST_CASE("a description that is not last in its file goes unread in the copy") 
   CHECK(bytes_of(copy).size() > bytes.size());
 }
 
+TEST_CASE("what shares the last page with the description stays") {
+  const temporary_directory directory;
+  std::string bytes = e57_of(1, 10, 1);
+  REQUIRE(bytes.substr(bytes.size() - 12, 8) == std::string(8, '\0'));
+  bytes.replace(bytes.size() - 12, 8, "a picture");  // of which a byte is lost to the checksum
+  seal_pages(bytes);
+  const auto path = directory.file("a.e57", bytes), copy = directory / "copy.e57";
+  write_posed_copy(copy, path, a_pose());
+  CHECK(bytes_of(copy).find("a pictur") != std::string::npos);
+  REQUIRE(pose_in(copy));
+  CHECK(pose_in(copy)->isApprox(a_pose(), 1e-15));
+}
+
+TEST_CASE("the pictures of a scan move with it, and those of others stay") {
+  const temporary_directory directory;
+  std::string bytes = e57_of(1, 10, 9);  // its pose is a shift by (1, 2, 0), and its guid {2}
+  const std::string empty = "<images2D type=\"Vector\" allowHeterogeneousChildren=\"1\"/>";
+  const auto picture = [](const std::string& guid) {
+    return "<vectorChild type=\"Structure\"><associatedData3DGuid type=\"String\"><![CDATA[" + guid +
+           "]]></associatedData3DGuid>" + e57_pose(Eigen::Quaterniond::Identity(), {1, 2, 5}) +
+           "</vectorChild>";
+  };
+  std::string content;
+  for (std::size_t page = 0; page < bytes.size(); page += 1024) content += bytes.substr(page, 1020);
+  const std::size_t xml = content.find("<?xml"), end = content.find(empty);
+  REQUIRE(end != std::string::npos);
+  content.replace(end, empty.size(),
+                  "<images2D type=\"Vector\">" + picture("{2}") + picture("{3}") + "</images2D>");
+  content.resize(content.find('\0', end));
+  put_at<std::uint64_t>(content, 32, content.size() - xml);
+  content.resize((content.size() + 1019) / 1020 * 1020);
+  put_at<std::uint64_t>(content, 16, content.size() / 1020 * 1024);
+  bytes.clear();
+  for (std::size_t page = 0; page < content.size(); page += 1020)
+    bytes += content.substr(page, 1020) + std::string(4, '\0');
+  seal_pages(bytes);
+  const auto path = directory.file("a.e57", bytes), copy = directory / "copy.e57";
+  write_posed_copy(copy, path, Eigen::Isometry3d(Eigen::Translation3d(11, 22, 33)));
+  std::string copied;
+  const std::string all = bytes_of(copy);
+  for (std::size_t page = 0; page < all.size(); page += 1024) copied += all.substr(page, 1020);
+  const std::string images = copied.substr(copied.rfind("<images2D"));
+  CHECK(images.find("<x type=\"Float\">11</x><y type=\"Float\">22</y><z type=\"Float\">38</z>") !=
+        std::string::npos);
+  CHECK(images.find("<x type=\"Float\">1</x><y type=\"Float\">2</y><z type=\"Float\">5</z>") !=
+        std::string::npos);
+}
+
+TEST_CASE("the scanner's place and axes of a PTX file turn with its matrix") {
+  const temporary_directory directory;
+  const std::string elsewhere = "5 6 7\n0 1 0\n-1 0 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+  const auto path = directory.file("a.ptx", "1\n2\n" + elsewhere + ptx_points), copy = directory / "b.ptx";
+  write_posed_copy(copy, path, Eigen::Isometry3d(Eigen::Translation3d(10, 20, 30)));
+  CHECK(bytes_of(copy).starts_with("1\n2\n15 26 37\n0 1 0\n-1 0 0\n0 0 1\n"));
+}
+
 TEST_CASE("a copy of a copy with the pose as it was has no more bytes than the first") {
   const temporary_directory directory;
   const auto path = directory.file("a.e57", e57_of(2, 10, 9));
@@ -150,7 +207,12 @@ TEST_CASE("what is no such file, the file itself, and scans that are not there a
   CHECK_THAT(refusal(directory / "b.e57", ptx), Catch::Contains("b.e57") && Catch::Contains("no E57 file"));
   CHECK_THAT(refusal(directory / "b.ptx", e57), Catch::Contains("no PTX file"));
   CHECK_THAT(refusal(directory / "b.ptx", text), Catch::Contains("no PTX file"));
-  CHECK_THAT(refusal(ptx, ptx), Catch::Contains("is the source itself"));
+  const auto utf16 = directory.file("b.ptx", std::string("\xff\xfe") + "1\0\n\0");
+  CHECK_THAT(refusal(directory / "c.ptx", utf16), Catch::Contains("c.ptx"));
+  const std::filesystem::path one[] = {ptx};
+  for (const auto& [source, target] : {std::pair(ptx, text), std::pair(text, ptx)})
+    CHECK_THAT(error_of([&] { require_forms(one, source.string() + "#1", target); }),
+               Catch::Contains("is one of the files"));
   CHECK(refusal(directory / "b.PTX", ptx).empty());
   CHECK(refusal(directory / "b.e57", e57.string() + "#1").empty());
   const auto copy = directory / "copy.ptx";
@@ -163,14 +225,15 @@ TEST_CASE("as a form of a transform the pose is that of the target times the tra
   const temporary_directory directory;
   const auto path = directory.file("a.ptx", "1\n2\n" + ptx_pose + ptx_points), copy = directory / "b.ptx";
   const std::filesystem::path forms[] = {copy};
-  require_forms(forms, path);
+  require_forms(forms, path, "t.ptx");
   const Eigen::Isometry3d target_from_source(Eigen::Translation3d(1, 2, 3));
   std::ostringstream printed;
   write_or_remove_forms(forms, target_from_source, Eigen::Vector3d::Zero(), path, printed, a_pose());
   CHECK(printed.str().find(copy.string()) != std::string::npos);
   REQUIRE(pose_in(copy));
   CHECK(pose_in(copy)->isApprox(a_pose() * target_from_source, 1e-12));
-  CHECK_THAT(error_of([&] { require_forms(forms, directory / "stems.csv"); }), Catch::Contains("stems.csv"));
+  CHECK_THAT(error_of([&] { require_forms(forms, directory / "stems.csv", path); }),
+             Catch::Contains("stems.csv"));
 }
 
 }  // namespace globalmatch::support::test_posed_copies

@@ -99,12 +99,13 @@ TEST_CASE("the pipeline for PDAL reads the source and writes it beside") {
 TEST_CASE("forms of other names are refused, and without a transform earlier ones are removed") {
   const temporary_directory directory;
   const std::vector<std::filesystem::path> known = {directory.file("t.dat", "old"), directory / "t.json"};
-  require_forms(known, "s.ply");
+  require_forms(known, "s.ply", "t.ply");
   CHECK(bytes_of(known[0]) == "old");
   for (const char* name : {"t.txt", "t", "t.xml"}) {
     const std::vector<std::filesystem::path> other = {directory / name};
     require_error(
-        other[0], [&](const auto&) { require_forms(other, "s.ply"); }, "no ending", "Name it .mat.txt");
+        other[0], [&](const auto&) { require_forms(other, "s.ply", "t.ply"); }, "no ending",
+        "Name it .mat.txt");
   }
   std::ostringstream said;
   write_or_remove_forms(known, std::nullopt, in_utm, "s.ply", said);

@@ -92,11 +92,12 @@ void shared_options::add_threads_to(CLI::App& app) {
       ->capture_default_str();
 }
 
-void shared_options::add_forms_to(CLI::App& app) {
+void shared_options::add_forms_to(CLI::App& app, bool of_scans) {
   app.add_option("--out-as", out_as,
-                 "the transform in the form of the name, which may be given again: .mat.txt or .cc.txt "
-                 "(CloudCompare), .dat (RiSCAN PRO), .json (pipeline for PDAL), .e57 or .ptx (copy of such a "
-                 "scan with its pose); what applies it is printed")
+                 std::string("the transform in the form of the name, which may be given again: .mat.txt or "
+                             ".cc.txt (CloudCompare), .dat (RiSCAN PRO), .json (pipeline for PDAL)") +
+                     (of_scans ? ", .e57 or .ptx (copy of such a scan with its pose)" : "") +
+                     "; what applies it is printed")
       ->type_name("FILE")
       ->allow_extra_args(false);
 }

@@ -50,13 +50,13 @@ struct shared_options {
   std::filesystem::path json;
   std::vector<std::filesystem::path> out_as;
 
-  void add_mapping_to(CLI::App& app);    ///< --up --vertical --scanner --seed --no-verticality ...
-  void add_matching_to(CLI::App& app);   ///< --dof --tolerance --horizontal --comparisons ...
-  void add_prior_to(CLI::App& app);      ///< --prior --prior-sigma
-  void add_icp_to(CLI::App& app);        ///< --icp
-  void add_forms_to(CLI::App& app);      ///< --out-as
-  void add_threads_to(CLI::App& app);    ///< --threads
-  void add_execution_to(CLI::App& app);  ///< --threads --json
+  void add_mapping_to(CLI::App& app);               ///< --up --vertical --scanner --seed --no-verticality ...
+  void add_matching_to(CLI::App& app);              ///< --dof --tolerance --horizontal --comparisons ...
+  void add_prior_to(CLI::App& app);                 ///< --prior --prior-sigma
+  void add_icp_to(CLI::App& app);                   ///< --icp
+  void add_forms_to(CLI::App& app, bool of_scans);  ///< --out-as
+  void add_threads_to(CLI::App& app);               ///< --threads
+  void add_execution_to(CLI::App& app);             ///< --threads --json
 
   Eigen::Vector3d up_direction() const { return {up[0], up[1], up[2]}; }
   scan_options for_reading() const;

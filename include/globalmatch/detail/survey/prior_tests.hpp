@@ -10,6 +10,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -56,11 +57,13 @@ struct prior_tests {
       if (t.squared > limit) *t.weight = 0, weights.push_back(t.weight);
     return weights;
   }
-  /// The weight of what was left out and fits best; null where nothing fits within the limit.
-  double* best_left_out(double limit) const {
+  /// The weight of what was left out and fits best, of others than `tried`; null where nothing fits within
+  /// the limit.
+  double* best_left_out(double limit, std::span<double* const> tried) const {
     double* weight = nullptr;
     for (const prior_test& t : left_out)
-      if (t.squared <= limit) weight = t.weight, limit = t.squared;
+      if (t.squared <= limit && std::ranges::find(tried, t.weight) == tried.end())
+        weight = t.weight, limit = t.squared;
     return weight;
   }
   /// Takes as much of the weight of those that count as their residuals ask for.
@@ -135,18 +138,19 @@ void decide_priors(prior_tests tests_of_priors::*kind, const Test& test) {
     prior_tests left = test().*kind;
     if (!(tests.largest() / left.scale() > limit)) {  // it is the standard deviations that are too small
       for (double* weight : weights) *weight = 1;
-      return;
+      break;
     }
     tests = std::move(left);
   }
-  while (double* weight = tests.best_left_out(limit * tests.scale())) {
+  std::vector<double*> tried;
+  while (double* weight = tests.best_left_out(limit * tests.scale(), tried)) {
+    tried.push_back(weight);
     *weight = 1;
     prior_tests with = test().*kind;
-    if (with.largest() > limit * tests.scale()) {
+    if (with.largest() > limit * tests.scale())
       *weight = 0;
-      return;
-    }
-    tests = std::move(with);
+    else
+      tests = std::move(with);
   }
 }
 
@@ -163,9 +167,12 @@ double leave_out_contradicted(survey& s, int component, const Adjust& adjust) {
     survey trial = s;
     const adjusted_parts parts = adjust(trial);
     yaw_variance = std::numeric_limits<double>::infinity();
-    for (const survey::scan& scan : trial.scans)
-      if (parts.shifts && scan.component == component && scan.uncertainty)
+    for (const survey::adjusted_prior& p : s.priors) {
+      const survey::scan& scan = trial.scans[p.given.scan];
+      if (parts.shifts && scan.component == component && scan.uncertainty &&
+          (p.weight > 0 || p.yaw_weight > 0))
         yaw_variance = std::min(yaw_variance, scan.uncertainty->covariance(3, 3));
+    }
     return tests_of_priors(s, component, trial, parts);
   };
   for (const auto kind : {&tests_of_priors::shifts, &tests_of_priors::yaws, &tests_of_priors::heights})
