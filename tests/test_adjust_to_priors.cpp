@@ -399,6 +399,20 @@ TEST_CASE("standard deviations that are too small on the whole are scaled, and n
   CHECK(error.height < 0.05);
 }
 
+TEST_CASE("one position alone gives a frame without a direction, whichever scan has it") {
+  random_source random(17);
+  const auto maps = maps_in_a_row(random);
+  for (std::size_t m = 0; m < maps.size(); ++m) {
+    survey_options options;
+    options.priors = {measured(maps, m, 0.5, random)};
+    const survey s = register_survey(stems_of(maps), options);
+    CHECK(s.frames[0].source == survey::frame_source::priors);
+    CHECK(std::isinf(s.frames[0].yaw_sigma));
+    CHECK(s.priors[0].weight == 1);
+    CHECK(s.scans[m].prior_deviations < 1e-3);
+  }
+}
+
 TEST_CASE("priors that say next to nothing leave uncertainties as they are") {
   random_source random(13);
   const auto maps = maps_in_a_row(random);

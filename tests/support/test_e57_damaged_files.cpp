@@ -10,6 +10,7 @@
 #include "e57_writer.hpp"
 #include "file_checks.hpp"
 #include "support/e57.hpp"
+#include "support/posed_copies.hpp"
 
 namespace globalmatch::support::test_e57_damaged_files {
 
@@ -100,7 +101,8 @@ TEST_CASE("deeply nested elements of an E57 description do not exhaust the stack
   CHECK(error_of([&] { open_e57_file(path, 1); }).find("other fields") != std::string::npos);
 }
 
-// The npm package web-e57, whose XYZ has all digits. It applies poses, which `open_e57` does not.
+// The npm package web-e57, whose XYZ has all digits. It applies poses, which `open_e57` does not; also those
+// of copies.
 TEST_CASE("web-e57 reads the same points as open_e57") {
   const char* folder = std::getenv("GLOBALMATCH_WEB_E57");
   if (folder == nullptr) {
@@ -137,7 +139,13 @@ process.stdout.write(glue.convertE57(new Uint8Array(readFileSync(file)), "XYZ"))
     scan.has_other_packets = false;  // which web-e57 1.2 does not know
     const bool has_pose = trial % 2 == 1;
     if (has_pose) scan.pose = e57_pose(Eigen::Quaterniond(0.8, 0, 0, 0.6), {10, 20, 30});
-    const auto path = directory.file("a.e57", e57_file({scan}));
+    auto path = directory.file("a.e57", e57_file({scan}));
+    if (trial % 4 == 3) {  // of the same pose, which the file did not have
+      scan.pose.clear();
+      write_posed_copy(directory / "copy.e57", directory.file("b.e57", e57_file({scan})),
+                       Eigen::Translation3d(10, 20, 30) * Eigen::Quaterniond(0.8, 0, 0, 0.6));
+      path = directory / "copy.e57";
+    }
     const opened_scan opened = open_e57_file(path, 1);
     points read(opened.points->size());
     opened.points->read(0, read);

@@ -60,6 +60,7 @@ inline void adjust_tilts(survey& s, std::span<const refined_pair> refined, level
   for (std::size_t m = 0; m < s.scans.size(); ++m) {
     if (!adjusted(m)) continue;
     levelled.tilts[m] = {x[m], y[m], 0};
+    levelled.is_adjusted[m] = true;
     const double angle = levelled.tilts[m].norm();
     if (!(angle > 0)) continue;
     const rigid back{mat3::identity(), -levelled.centers[m]},
@@ -210,11 +211,13 @@ inline bool adjust_shifts_and_turns(const survey& s, const levelled_pairs& all, 
   levelled.poses = std::move(poses);
   const auto covariances = adjustment.covariances();
   const int of[3] = {0, 1, 3};
-  for (std::size_t m = 0; m < s.scans.size(); ++m)
-    if (unknowns.of[m] != unknown_poses::fixed)
-      for (int c = 0; c < 3; ++c)
-        for (int r = 0; r < 3; ++r)
-          uncertainties[m].covariance(of[r], of[c]) = covariances[unknowns.of[m]](r, c);
+  for (std::size_t m = 0; m < s.scans.size(); ++m) {
+    if (unknowns.of[m] == unknown_poses::fixed) continue;
+    levelled.is_adjusted[m] = true;
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r)
+        uncertainties[m].covariance(of[r], of[c]) = covariances[unknowns.of[m]](r, c);
+  }
   return true;
 }
 
@@ -251,6 +254,7 @@ inline bool adjust_in_height(survey& s, const levelled_pairs& all, prior_use use
   levelled.raise = std::move(raise);
   for (std::size_t m = 0; m < s.scans.size(); ++m) {
     if (is_known(m)) continue;
+    levelled.is_adjusted[m] = true;
     s.scans[m].is_height_known = true;
     uncertainties[m].covariance.row(2).setZero();
     uncertainties[m].covariance.col(2).setZero();
@@ -280,7 +284,7 @@ inline adjusted_parts adjust_to_pairs(survey& result, std::span<const refined_pa
   std::vector<Eigen::Isometry3d> changes(before.scans.size(), Eigen::Isometry3d::Identity());
   for (std::size_t m = 0; m < before.scans.size(); ++m) {
     survey::scan& scan = result.scans[m];
-    if (!levelled.is_moved(m)) continue;
+    if (!levelled.is_adjusted[m]) continue;
     scan.survey_from_scan = levelled.change_of(m) * scan.survey_from_scan;
     changes[m] = scan.survey_from_scan * before.scans[m].survey_from_scan.inverse();
     uncertainties[m].center = to_eigen(levelled.centers[m] + vec3{0, 0, levelled.raise[m]});

@@ -33,7 +33,8 @@ struct levelled_survey {
   std::vector<std::uint8_t> frame_held, released;    ///< in place of these, see `hold_frames`
   std::vector<plan_pose> start, poses;               ///< of frames about the centers
   std::vector<double> raise;                         ///< [m]
-  std::vector<vec3> tilts;  ///< [rad] by which each was turned about its center before
+  std::vector<vec3> tilts;                ///< [rad] by which each was turned about its center before
+  std::vector<std::uint8_t> is_adjusted;  ///< also where it did not move: its uncertainty is another one
 
   explicit levelled_survey(const survey& s) {
     constexpr double min_variance = 1e-20;  // [m^2] rounding leaves of none
@@ -52,6 +53,7 @@ struct levelled_survey {
     poses = start;
     raise.assign(s.scans.size(), 0);
     tilts.resize(s.scans.size());
+    is_adjusted.resize(s.scans.size());
     frame_held.resize(s.scans.size());
     released.resize(s.scans.size());
   }
@@ -83,10 +85,6 @@ struct levelled_survey {
     return (adjusted && !frame_held[scan]) || (held && released[scan]);
   }
 
-  bool is_moved(std::size_t scan) const {
-    return tilts[scan].squared_norm() > 0 || raise[scan] != 0 || poses[scan].yaw != start[scan].yaw ||
-           !(poses[scan].shift == start[scan].shift);
-  }
   /// From where the adjustment finds a scan to where it places it, in the frame of the survey.
   Eigen::Isometry3d change_of(std::size_t scan) const {
     const rigid back{mat3::identity(), -centers[scan]},
