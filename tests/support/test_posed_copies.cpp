@@ -210,8 +210,8 @@ TEST_CASE("what is no such file, the file itself, and scans that are not there a
   const auto utf16 = directory.file("b.ptx", std::string("\xff\xfe") + "1\0\n\0");
   CHECK_THAT(refusal(directory / "c.ptx", utf16), Catch::Contains("c.ptx"));
   const std::filesystem::path one[] = {ptx};
-  for (const auto& [source, target] : {std::pair(ptx, text), std::pair(text, ptx)})
-    CHECK_THAT(error_of([&] { require_forms(one, source.string() + "#1", target); }),
+  for (const auto& files : {std::pair(ptx, text), std::pair(text, ptx)})
+    CHECK_THAT(error_of([&] { require_forms(one, files.first.string() + "#1", files.second); }),
                Catch::Contains("is one of the files"));
   CHECK(refusal(directory / "b.PTX", ptx).empty());
   CHECK(refusal(directory / "b.e57", e57.string() + "#1").empty());
