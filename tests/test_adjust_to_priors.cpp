@@ -406,8 +406,10 @@ TEST_CASE("one position alone gives a frame without a direction, whichever scan 
     survey_options options;
     options.priors = {measured(maps, m, 0.5, random)};
     const survey s = register_survey(stems_of(maps), options);
-    CHECK(s.frames[0].source == survey::frame_source::priors);
-    CHECK(std::isinf(s.frames[0].yaw_sigma));
+    REQUIRE(s.scans[m].component >= 0);
+    const survey::frame& frame = s.frames[std::size_t(s.scans[m].component)];
+    CHECK(frame.source == survey::frame_source::priors);
+    CHECK(std::isinf(frame.yaw_sigma));
     CHECK(s.priors[0].weight == 1);
     CHECK(s.scans[m].prior_deviations < 1e-3);
   }

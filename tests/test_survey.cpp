@@ -214,7 +214,7 @@ TEST_CASE("trees of a survey are where they are, with their radii, from one stem
   std::map<std::size_t, positions> seen_at;
   const Eigen::Isometry3d survey_from_stand = maps[reference_of(result, 0)].stand_from_scan.inverse();
   std::set<std::pair<std::size_t, std::size_t>> observations;
-  std::size_t wrong = 0, shared = 0, beyond = 0;
+  std::size_t wrong = 0, shared = 0, beyond = 0, uncertain = 0;
   for (const survey::tree& t : result.trees) {
     CHECK(t.component == 0);
     std::set<std::size_t> scans, trees;
@@ -232,12 +232,14 @@ TEST_CASE("trees of a survey are where they are, with their radii, from one stem
     if (trees.size() > 1 || *trees.begin() == benchmarks::no_tree) continue;
     CHECK(t.radius == Approx(radius_of(*trees.begin())));
     CHECK((t.position - truth).norm() < 0.1);
-    CHECK(t.sigma < 0.05);
+    CHECK(t.sigma < 0.1);
+    uncertain += t.sigma > 0.05;  // of stems that hardly agree, which count less
     beyond += (t.position - truth).head<2>().norm() > 3 * t.sigma;
   }
   CHECK(shared > 200);
   CHECK(wrong * 50 < shared);
   CHECK(beyond * 20 < shared);
+  CHECK(uncertain * 50 < shared);
 }
 
 TEST_CASE("covariances of a survey are calibrated, in plan and in height") {
