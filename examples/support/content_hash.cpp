@@ -69,7 +69,7 @@ std::optional<std::string> describe_state(const fs::path& file) {
   const auto written = fs::last_write_time(file, other);
   if (absent || other || fs::file_time_type::clock::now() - written < min_age) return std::nullopt;
   return fs::weakly_canonical(file).string() + "\n" + std::to_string(size) + "\n" +
-         std::to_string(written.time_since_epoch().count()) + "\n";
+         std::to_string(static_cast<std::int64_t>(written.time_since_epoch().count())) + "\n";
 }
 
 }  // namespace
