@@ -68,6 +68,14 @@ std::optional<Eigen::Isometry3d> pose_of(const e57_pages& pages, const pugi::xml
   return Eigen::Translation3d(shift) * turn.normalized();
 }
 
+// Not a stream, which pugixml knows of one standard library alone.
+struct text_writer final : pugi::xml_writer {
+  std::string text;
+  void write(const void* data, std::size_t size) override {
+    text.append(static_cast<const char*>(data), size);
+  }
+};
+
 // Appends a number as an element of the format, with the same bits when it is read.
 void append_number(pugi::xml_node& parent, const char* name, double value) {
   std::ostringstream text;
@@ -258,10 +266,10 @@ std::string e57_description::xml_with_pose(std::size_t number,
     move_pictures(pages_, root.child("images2D"), scan.child("guid").text().get(),
                   survey_from_file * before.value_or(Eigen::Isometry3d::Identity()).inverse());
   }
-  std::ostringstream text;
-  changed.save(text, "", pugi::format_raw | pugi::format_no_declaration);
-  while (text.tellp() % 4 != 0) text << '\n';  // sections begin at multiples of four bytes
-  return std::move(text).str();
+  text_writer writer;
+  changed.save(writer, "", pugi::format_raw | pugi::format_no_declaration);
+  while (writer.text.size() % 4 != 0) writer.text += '\n';  // sections begin at multiples of four bytes
+  return std::move(writer.text);
 }
 
 }  // namespace globalmatch::support
