@@ -34,7 +34,7 @@ done
 alone=(src/*.cpp tests/main.cpp tests/test_points.cpp examples/support/build_record.cpp
   examples/support/laz_chunk_decoder.cpp)
 printf '%s\n' tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp examples/support/programs/*.cpp |
-  grep -v /test_e57 | grep -vxF "$(printf '%s\n' "${alone[@]}")" |
+  grep -v -e /test_e57 -e /test_posed_copies | grep -vxF "$(printf '%s\n' "${alone[@]}")" |
   awk -v folder="$folder" '{ print "#include \"" ENVIRON["PWD"] "/" $0 "\"" > (folder "/several_" int(NR / 12) ".cpp") }'
 sources=("${alone[@]}" "$folder"/several_*.cpp)
 compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED -DGLOBALMATCH_WITHOUT_PUGIXML
