@@ -50,6 +50,18 @@ struct prior_tests {
     for (const prior_test& t : counted) most = std::max(most, t.squared);
     return most;
   }
+  /// What is further off is left out at once: more than half of the largest, but where that is most of them,
+  /// as if all were off alike, the worst alone.
+  double next_limit() const {
+    constexpr std::size_t few = 3;  // of these none says which is wrong
+    std::vector<double> squares;
+    for (const prior_test& t : counted) squares.push_back(t.squared);
+    std::sort(squares.begin(), squares.end());
+    const double half = squares.back() / 2;
+    const auto near = squares.end() - std::upper_bound(squares.begin(), squares.end(), half);
+    return squares.size() > few && 2 * std::size_t(near) > squares.size() ? squares[squares.size() - 2]
+                                                                          : half;
+  }
   /// Takes their weight from those that are further off than the limit, and returns which.
   std::vector<double*> leave_out(double limit) const {
     std::vector<double*> weights;
@@ -134,7 +146,8 @@ void decide_priors(prior_tests tests_of_priors::*kind, const Test& test) {
   constexpr double limit = tukey_constant * tukey_constant;
   prior_tests tests = test().*kind;
   while (tests.largest() > limit) {
-    const std::vector<double*> weights = tests.leave_out(std::max(limit, tests.largest() / 2));
+    const std::vector<double*> weights = tests.leave_out(std::max(limit, tests.next_limit()));
+    if (weights.empty()) break;
     prior_tests left = test().*kind;
     if (!(tests.largest() / left.scale() > limit)) {  // it is the standard deviations that are too small
       for (double* weight : weights) *weight = 1;
