@@ -75,6 +75,22 @@ TEST_CASE("stems in one row, or fewer than four, have no lattice") {
   CHECK(!find_lattice(index_of(positions(10, Eigen::Vector3d(1, 2, 3)))));
 }
 
+TEST_CASE("stems much closer than the spacing have no lattice: shifts to both sides cancel") {
+  const positions few = {{0, 0, 0},       {2.56, 0.01, 0}, {5.1, 0, 0},         {5.11, 28.16, 0},
+                         {5.12, 2.56, 0}, {7.67, 0.01, 0}, {273.92, 269.86, 0}, {274.97, 310.82, 0}};
+  CHECK(!find_lattice(index_of(few)));
+  random_source random(3);
+  for (int trial = 0; trial < 200; ++trial) {  // any lattice that is found is one to walk along
+    positions stems = scenes::random_stems(random, 5, 3, 3);
+    for (const Eigen::Vector3d& far : scenes::random_stems(random, 4, 400, 400)) stems.push_back(far);
+    const position_index index = index_of(stems);
+    const auto found = find_lattice(index);
+    if (!found) continue;
+    CHECK(std::min(found->first.norm(), found->second.norm()) > 0.15 * index.spacing());
+    CHECK(found->search_radius() < found->second.norm());
+  }
+}
+
 TEST_CASE("a lattice turns onto itself by half turns, squares by quarters, equilateral triangles by sixths") {
   const auto turns = [](const vec2& first, const vec2& second) {
     return lattice_shifts{first, second}.turns().size();

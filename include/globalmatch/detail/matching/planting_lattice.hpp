@@ -111,12 +111,15 @@ class repeated_shifts {
 /// stem then repeat in one direction at most. Cost: looks at some of the stems.
 inline std::optional<lattice_shifts> find_lattice(const position_index& stems) {
   constexpr double search_radius = 0.15;  // of the spacing of the stems
+  constexpr double min_ratio = 0.5;       // of the second shift to the first, which is the shortest
   if (stems.size() < 4) return std::nullopt;
-  const repeated_shifts shifts(stems, search_radius * stems.spacing());
+  const double near = search_radius * stems.spacing();
+  const repeated_shifts shifts(stems, near);
   const auto first = shifts.shortest();
-  if (!first || first->norm() == 0) return std::nullopt;
+  if (!first || first->norm() <= near) return std::nullopt;
   const auto second = shifts.shortest(*first);
-  if (!second) return std::nullopt;
+  // Where some stems stand closer than `near` the mean of shifts to both sides is none.
+  if (!second || second->norm() <= std::max(near, min_ratio * first->norm())) return std::nullopt;
   lattice_shifts found{*first, *second};
   if (found.first.y < 0 || (found.first.y == 0 && found.first.x < 0)) found.first = -found.first;
   if (found.angle() < 0) found.second = -found.second;
