@@ -46,7 +46,8 @@ inline bool says(const std::string& message, std::string_view words) {
 inline const stem_map_file::scan_record some_provenance = {"plot 7/scan_1.laz", "xxh3:0123456789abcdef",
                                                            "{\"min_quality\": 0.6}", "0.1.0", "x86-64-v2"};
 
-/// A map in which every field differs from its default, without the mathematical functions of a platform.
+/// A map in which every field but the large one, `visible`, differs from its default, without the
+/// mathematical functions of a platform.
 inline stem_map map_of_one_stem() {
   stem_map map;
   stem s;
@@ -89,9 +90,9 @@ inline stem_map map_of_one_stem() {
   return map;
 }
 
-/// Where the parts of a stem map file of version 1 begin.
+/// Where the parts of a stem map file begin.
 struct stem_map_layout {
-  static constexpr std::size_t sections = 6, entries = 16, entry_size = 16;
+  static constexpr std::size_t sections = 7, entries = 16, entry_size = 16;
   static constexpr std::size_t table_end = entries + sections * entry_size, contents = table_end + 4;
 
   static std::size_t length_at(std::size_t section) { return entries + section * entry_size + 8; }

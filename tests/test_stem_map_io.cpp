@@ -80,6 +80,8 @@ void check_same(const stem_map& a, const stem_map& b) {
   CHECK(same(a.ground_samples, b.ground_samples));
   CHECK(same(a.stem_samples, b.stem_samples));
   CHECK(same(a.stem_normals, b.stem_normals));
+  CHECK(same(a.visible.scanner, b.visible.scanner));
+  CHECK(a.visible.ranges == b.visible.ranges);
 }
 
 void check_round_trip(const stem_map& map) {
@@ -117,6 +119,14 @@ bool same_registration(const registration& a, const registration& b) {
          same(a.matching.probability, b.matching.probability);
 }
 
+stem_map with_view(stem_map map) {
+  map.visible.scanner = {10.5, 20.25, 1.75};
+  map.visible.ranges.resize(std::size_t(visible_ranges::columns * visible_ranges::rows));
+  for (std::size_t i = 0; i < map.visible.ranges.size(); ++i)
+    map.visible.ranges[i] = static_cast<std::uint16_t>(i);
+  return map;
+}
+
 stem_map copy_by_file(const stem_map& map) {
   return read_back(bytes_of(map)).map;
 }
@@ -129,6 +139,7 @@ TEST_CASE("maps are read back bit for bit, and written again with the same bytes
   cancelled.cancelled = true;
   check_round_trip(cancelled);
   check_round_trip(map_of_one_stem());
+  check_round_trip(with_view(map_of_one_stem()));
   random_source random(1);
   const scenes::two_maps_of_a_stand maps(random);
   check_round_trip(maps.source);
@@ -253,18 +264,39 @@ TEST_CASE("a map that contradicts itself is not written at all") {
   CHECK(says(message([](stem_map& m) { m.terrain.resolution = 0; }), "resolution must be"));
   CHECK(says(message([](stem_map& m) { m.terrain.ground.clear(); }), "first_ground must increase"));
   CHECK(says(message([](stem_map& m) { m.terrain.first_ground.pop_back(); }), "first_ground must hold"));
+  CHECK(says(message([](stem_map& m) { m.visible.ranges = {1, 2}; }), "ranges must hold"));
   CHECK(says(message([](stem_map& m) { m.stem_samples[0].x() = std::numeric_limits<double>::infinity(); }),
              "must be finite"));
 }
 
-TEST_CASE("files of version 1 are read by every later version, and on every platform") {
-  std::ifstream in(std::string(GLOBALMATCH_TEST_DATA) + "/version_1.gmap", std::ios::binary);
-  const std::string bytes(std::istreambuf_iterator<char>(in), {});
-  REQUIRE_FALSE(bytes.empty());
-  const stem_map_file file = read_back(bytes);
-  check_same(file.map, map_of_one_stem());
-  CHECK(file.provenance == some_provenance);
-  CHECK(bytes_of(map_of_one_stem(), some_provenance) == bytes);  // as long as 1 is what is written
+TEST_CASE("files of each version are read by every later version, and on every platform") {
+  std::string bytes;
+  for (const std::string version : {"1", "2"}) {
+    std::ifstream in(std::string(GLOBALMATCH_TEST_DATA) + "/version_" + version + ".gmap", std::ios::binary);
+    bytes.assign(std::istreambuf_iterator<char>(in), {});
+    REQUIRE_FALSE(bytes.empty());
+    const stem_map_file file = read_back(bytes);
+    check_same(file.map, map_of_one_stem());
+    CHECK(file.provenance == some_provenance);
+  }
+  CHECK(bytes_of(map_of_one_stem(), some_provenance) == bytes);  // as long as 2 is what is written
+}
+
+TEST_CASE("what the scanner saw is read with the samples, and checked") {
+  const stem_map map = with_view(map_of_one_stem());
+  const std::string bytes = bytes_of(map);
+  CHECK(read_back(bytes, stem_map_file::parts::stems).map.visible.empty());
+  const std::size_t view = layout::begin(bytes, 6);
+  std::string damaged = bytes;
+  store_little_endian(std::numeric_limits<double>::infinity(), &damaged[view]);
+  seal_stem_map(damaged);
+  CHECK(says(error_of(damaged), "the scanner's place must be finite"));
+  damaged = bytes.substr(0, bytes.size() - 2);
+  const std::uint64_t fewer = map.visible.ranges.size() - 1;
+  store_little_endian(fewer, &damaged[view + 3 * sizeof(double)]);
+  store_little_endian(3 * sizeof(double) + sizeof(fewer) + 2 * fewer, &damaged[layout::length_at(6)]);
+  seal_stem_map(damaged);
+  CHECK(says(error_of(damaged), "ranges must hold columns x rows values"));
 }
 
 TEST_CASE("maps of real scans are read back and registered with the same bits", "[slow]") {

@@ -1,6 +1,7 @@
 // Options of stem mapping ([GM] 3.1), step by step.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -194,6 +195,9 @@ struct mapping_options {
   /// needs a lower one.
   double min_quality = 0.6;
   vertical_rule vertical = vertical_rule::stems_if_tilted;
+  /// [m] Where the scanner stood, frame of the scan (ours): by how far it saw from there matching knows where
+  /// no stem stands. Empty: not known. A scan that was not taken from there shows it by its own stems.
+  std::optional<std::array<double, 3>> scanner = std::array<double, 3>{0, 0, 0};
 };
 
 /// Throws `std::invalid_argument` naming the field that makes no sense.
@@ -205,6 +209,8 @@ inline void require_valid(const mapping_options& options) {
   detail::require(options.voxel_size >= 1e-4 && options.voxel_size <= 10,
                   "voxel_size must lie in [0.0001, 10] m");
   detail::require(options.min_quality >= 0 && options.min_quality <= 1, "min_quality must lie in [0, 1]");
+  for (const double coordinate : options.scanner.value_or(std::array<double, 3>{}))
+    detail::require(std::isfinite(coordinate), "scanner must be finite");
   detail::require(
       !options.link_distance || (*options.link_distance >= 1e-4 && *options.link_distance <= 1000),
       "link_distance must lie in [0.0001, 1000] m");

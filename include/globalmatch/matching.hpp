@@ -51,7 +51,8 @@ enum class evidence_source {
   positions,  ///< how many stems are near others, and how near
   gaps,       ///< of a regular plantation: how many of its gaps match
   residuals,  ///< of a regular plantation: how well its stems fit
-  radii       ///< of a regular plantation: how well the radii of stems agree
+  radii,      ///< of a regular plantation: how well the radii of stems agree
+  visibility  ///< positions, and how rarely a scanner saw past the place of a stem of the other scan
 };
 
 /// The name of the evidence, as in the JSON output.
@@ -65,6 +66,8 @@ inline std::string_view to_string(evidence_source w) {
       return "residuals";
     case evidence_source::radii:
       return "radii";
+    case evidence_source::visibility:
+      return "visibility";
   }
   return "unknown";
 }

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
+#include "globalmatch/detail/core/visible_ranges.hpp"
 #include "globalmatch/points.hpp"
 
 namespace globalmatch {
@@ -237,6 +238,9 @@ struct stem_map {
   std::vector<Eigen::Vector3d> ground_samples;  ///< ground points, frame of the scan
   std::vector<Eigen::Vector3d> stem_samples;    ///< points on the stems, thinned, frame of the scan
   std::vector<Eigen::Vector3d> stem_normals;    ///< unit, from the stem's axis to each of these
+  /// How far the scanner saw in each direction, frame of the terrain; empty where it is not known where it
+  /// stood, or where the scan was taken from several places
+  detail::visible_ranges visible;
   mapping_funnel funnel;
   bool cancelled = false;  ///< the progress callback said so; nothing else is filled
 };

@@ -46,10 +46,10 @@ struct stem_map_file {
 
 namespace detail {
 
-inline constexpr std::array<std::string_view, 6> stem_map_sections = {"prov", "summ", "stem",
-                                                                      "terr", "grnd", "smpl"};
+inline constexpr std::array<std::string_view, 7> stem_map_sections = {"prov", "summ", "stem", "terr",
+                                                                      "grnd", "smpl", "view"};
 /// Like that of PNG: a byte that is no ASCII, and line ends that a transfer as text would change.
-inline constexpr sections_format stem_map_format = {"\x89GMAP\r\n\n", "stem map", 1, 1, stem_map_sections};
+inline constexpr sections_format stem_map_format = {"\x89GMAP\r\n\n", "stem map", 1, 2, stem_map_sections, 6};
 
 template <class Archive, either_const<stem_map_file::scan_record> V>
 void serialize(Archive& archive, V& value) {
@@ -80,8 +80,8 @@ void read_section(section_reader& sections, const ReadValues& read_values) {
 inline void write_stem_map(std::ostream& out, const stem_map& map,
                            const stem_map_file::scan_record& provenance = {}) {
   using namespace detail;
-  for (const std::string& problem :
-       {describe_raster_error(map.terrain), describe_ground_error(map.terrain), describe_sample_error(map)})
+  for (const std::string& problem : {describe_raster_error(map.terrain), describe_ground_error(map.terrain),
+                                     describe_sample_error(map), describe_view_error(map)})
     if (!problem.empty()) throw std::invalid_argument("stem map: " + problem);
   std::array<output_archive, stem_map_sections.size()> archives;
   archives[0](provenance);
@@ -90,6 +90,7 @@ inline void write_stem_map(std::ostream& out, const stem_map& map,
   serialize_raster(archives[3], map.terrain);
   serialize_ground(archives[4], map.terrain);
   write_samples(archives[5], map);
+  serialize_view(archives[6], map.visible);
   std::array<std::string, archives.size()> contents;
   for (std::size_t i = 0; i < contents.size(); ++i) contents[i] = std::move(archives[i]).bytes();
   write_sections(out, stem_map_format, contents);
@@ -125,6 +126,11 @@ inline stem_map_file read_stem_map(std::istream& in, stem_map_file::parts parts 
   read(stem_map_file::parts::all, [&](input_archive& a) {
     read_samples(a, map);
     return describe_sample_error(map);
+  });
+  if (!sections.has_next()) return file;  // of version 1
+  read(stem_map_file::parts::all, [&](input_archive& a) {
+    serialize_view(a, map.visible);
+    return describe_view_error(map);
   });
   return file;
 }

@@ -40,7 +40,7 @@ stem_map map_stems_along(const R& scan, const mapping_options& options, const ve
   ground_model ground = model_ground(scan, options.ground, up, model_of, exec);
   const double min_spacing = options.rule == stem_point_rule::points ? 0 : options.voxel_size;
   understory_parts layer =
-      select_understory_parts(scan, ground.terrain, options.understory, min_spacing, exec);
+      select_understory_parts(scan, ground.terrain, options.understory, min_spacing, exec, options.scanner);
   return find_stems(std::move(ground), std::move(layer), up, options, exec);
 }
 

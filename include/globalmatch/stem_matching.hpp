@@ -44,10 +44,13 @@ class prepared_map {
 
 namespace detail {
 
-/// `match_stems` for positions whose frames may be levelled by different ups. Throws `operation_cancelled`.
+struct scan_views;
+
+/// `match_stems` for positions whose frames may be levelled by different ups; `views`: what the scanners of
+/// both saw, if that is known. Throws `operation_cancelled`.
 GLOBALMATCH_INLINE matching match_positions(position_set source, position_set target,
                                             const matching_options& options, const execution& exec,
-                                            build_mode = {});
+                                            const scan_views* views = nullptr, build_mode = {});
 
 /// The same against a prepared map.
 GLOBALMATCH_INLINE matching match_positions(const position_set& source, const prepared_stems& target,

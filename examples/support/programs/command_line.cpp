@@ -22,7 +22,10 @@ void shared_options::add_mapping_to(CLI::App& app) {
          "given: as --up says; stems: mean axis of the stems; auto: that if the stems are clearly tilted")
       ->check(CLI::IsMember({"given", "stems", "auto"}))
       ->capture_default_str();
-  app.add_option("--scanner", scanner, "position of the scanner, around which scan_info measures densities")
+  app.add_option("--scanner", scanner,
+                 "where the scanner stood, in the frame of the scan, its origin if not given: no stem stands "
+                 "where it saw "
+                 "further; scan_info measures densities around it")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");
@@ -123,6 +126,7 @@ mapping_options shared_options::for_mapping() const {
                                            : vertical_rule::stems_if_tilted;
   options.stems.cylinder.seed = seed;
   options.min_quality = min_quality;
+  if (!scanner.empty()) options.scanner = {scanner[0], scanner[1], scanner[2]};
   return options;
 }
 

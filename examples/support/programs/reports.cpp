@@ -177,6 +177,7 @@ json describe(const stem_map& map) {
           {"cut_off", map.terrain.cut_off},
           {"up", row_by_row(Eigen::MatrixXd(map.up))},
           {"up_by_stems", map.up_by_stems},
+          {"seen_from_scanner", !map.visible.empty()},
           {"upright", upright()},
           {"spacing_near", map.spacing_near},
           {"spacing_far", map.spacing_far},

@@ -111,7 +111,9 @@ survey_map survey_mapper::map(const survey_input& input, const execution& exec) 
   }
   try {
     const scan_file scan = open_scan(input.path, options_.for_reading());
-    result.map = map_stems(scan, options_.for_mapping(), options_.up_direction(), exec);
+    mapping_options mapping = options_.for_mapping();
+    mapping.scanner.reset();  // surveys do not ask what scanners saw
+    result.map = map_stems(scan, mapping, options_.up_direction(), exec);
   } catch (const file_error& e) {
     result.error = e.what();
     return result;

@@ -29,10 +29,11 @@ namespace globalmatch::detail {
 
 /// A kind of files of sections.
 struct sections_format {
-  std::string_view signature;                  ///< 8 bytes
-  std::string_view name;                       ///< for messages, as in "stem map"
-  std::uint32_t oldest = 1, version = 1;       ///< what is read; the latter is written
-  std::span<const std::string_view> sections;  ///< names of 4 characters, in their order
+  std::string_view signature;                     ///< 8 bytes
+  std::string_view name;                          ///< for messages, as in "stem map"
+  std::uint32_t oldest = 1, version = 1;          ///< what is read; the latter is written
+  std::span<const std::string_view> sections;     ///< names of 4 characters, in their order
+  std::size_t sections_before = sections.size();  ///< of these, the first, in files of older versions
 };
 
 /// Writes a file. `contents`: bytes of each section. Throws `std::runtime_error` when the stream fails.
@@ -66,8 +67,9 @@ class section_reader {
     if (head != format.signature.substr(0, head.size())) fail("is of another kind: it begins otherwise");
     if (head.size() < format.signature.size()) fail_truncated();
     head += take_all(sizeof(std::uint32_t));
-    check_version(load_little_endian<std::uint32_t>(&head[format.signature.size()]));
-    read_table(std::move(head));
+    const auto version = load_little_endian<std::uint32_t>(&head[format.signature.size()]);
+    check_version(version);
+    read_table(std::move(head), version < format.version ? format.sections_before : format.sections.size());
   }
 
   /// The bytes of the next section.
@@ -92,6 +94,9 @@ class section_reader {
       in_.seekg(static_cast<std::streamoff>(length - 1), std::ios::cur);
     if (in_.get() == std::istream::traits_type::eof()) fail_truncated();  // seeking alone goes beyond the end
   }
+
+  /// Whether there is another section: those that a version added are not in older files.
+  bool has_next() const { return next_ < entries_.size(); }
 
   /// Of the next section.
   std::string name() const { return std::string(format_.sections[next_]); }
@@ -132,9 +137,9 @@ class section_reader {
     if (version < format_.oldest) fail(is + "from " + std::to_string(format_.oldest) + " on: make it again");
   }
 
-  void read_table(std::string head) {
+  void read_table(std::string head, std::size_t count) {
     constexpr std::size_t entry_size = 4 + sizeof(std::uint32_t) + sizeof(std::uint64_t);
-    const std::size_t count = format_.sections.size(), start = head.size() + sizeof(std::uint32_t);
+    const std::size_t start = head.size() + sizeof(std::uint32_t);
     head += take_all(sizeof(std::uint32_t) + count * entry_size);
     const std::string checksum = take_all(sizeof(std::uint32_t));
     if (crc32c(head) != load_little_endian<std::uint32_t>(checksum.data()) ||
@@ -149,7 +154,7 @@ class section_reader {
   }
 
   const entry& next() const {
-    if (next_ == entries_.size()) throw std::logic_error("there is no further section");
+    if (!has_next()) throw std::logic_error("there is no further section");
     return entries_[next_];
   }
   [[noreturn]] void fail(const std::string& problem) const {

@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_points.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/core/visible_ranges.hpp"
 #include "globalmatch/execution.hpp"
 #include "globalmatch/mapping_options.hpp"
 #include "globalmatch/points.hpp"
@@ -137,26 +139,58 @@ void for_each_in_layer(const point_batch& batch, const terrain& ground, const la
 struct understory_parts {
   std::vector<local_points> parts;
   std::size_t in_layer = 0;  ///< points, with those that were thinned out
+  visible_ranges visible;    ///< from where the scanner stood, if that is known
 };
 
-/// `select_understory` in parts. A point nearer than `apart` [m] to the one that was kept before it, in the
+/// Of some points of a scan, evenly picked, what each tells of how far the scanner saw.
+class return_sampler {
+ public:
+  /// `scanner` [m], frame of the terrain; empty: nothing is known.
+  return_sampler(const std::optional<vec3>& scanner, std::size_t points) : is_used_(scanner) {
+    constexpr std::size_t max_samples = 1 << 18;
+    if (scanner) scanner_ = vec3f(*scanner);
+    step_ = (points / max_samples) | 1;  // odd: scanners of several beams write these in turn
+  }
+
+  void add_from(const point_batch& batch, std::vector<ranged_return>& returns) const {
+    if (!is_used_ || batch.count == 0) return;
+    const std::size_t beyond = batch.index[0] % step_;
+    for (std::size_t i = beyond == 0 ? 0 : step_ - beyond; i < batch.count; i += step_)
+      if (const auto seen = visible_ranges::return_at(batch[i] - scanner_)) returns.push_back(*seen);
+  }
+
+ private:
+  bool is_used_;
+  vec3f scanner_{0, 0, 0};
+  std::size_t step_;
+};
+
+/// `select_understory` in parts, and how far the scanner saw from where it stood (frame of the scan), if that
+/// is known. A point nearer than `apart` [m] to the one that was kept before it, in the
 /// order of the scan, is left out: scanners go along lines, on which points near by are closer than anybody
 /// needs.
 template <point_range R>
 understory_parts select_understory_parts(const R& scan, const terrain& ground,
                                          const understory_options& options, double apart,
-                                         const execution& exec) {
+                                         const execution& exec,
+                                         const std::optional<std::array<double, 3>>& scanner = {}) {
   require_valid(options);
   understory_parts result;
   if (ground.empty()) return result;
   const layer_limits limits(ground, options, exec);
   const auto min_squared = static_cast<float>(apart * apart);
   std::vector<std::size_t> in_layer;
+  std::vector<std::vector<ranged_return>> returns;
+  std::optional<vec3> scanner_at;
+  if (scanner) scanner_at = ground.frame.to_local(vec3::from(*scanner));
+  std::optional<return_sampler> sampler;
   read_in_chunks(
       scan, exec, "understory",
       [&](std::size_t chunks) {
         result.parts.resize(chunks);
         in_layer.resize(chunks);
+        returns.resize(chunks);
+        sampler.emplace(scanner_at, chunks * points_a_chunk);
       },
       [&](std::size_t chunk, const auto& visit_points) {
         local_points kept;
@@ -165,6 +199,7 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
         vec3f last(1e9f, 1e9f, 1e9f);
         point_batch batch;
         const auto hand_over = [&] {
+          sampler->add_from(batch, returns[chunk]);
           for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
             ++inside;
             const vec3f p = batch[i];
@@ -183,6 +218,9 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
         result.parts[chunk] = kept;  // in no more memory than they take
       });
   for (const std::size_t count : in_layer) result.in_layer += count;
+  if (scanner_at) result.visible.scanner = *scanner_at;
+  for (const auto& of_chunk : returns)
+    for (const ranged_return& seen : of_chunk) result.visible.add(seen);
   return result;
 }
 

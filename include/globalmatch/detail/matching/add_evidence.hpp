@@ -19,6 +19,7 @@
 #include "globalmatch/detail/matching/refine_threshold.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
 #include "globalmatch/detail/matching/verify.hpp"
+#include "globalmatch/detail/matching/visibility_evidence.hpp"
 
 namespace globalmatch::detail {
 
@@ -87,6 +88,33 @@ inline void add_planting_evidence(const plantation& planted, const position_evid
   if (is_decided()) return;
   planting.use_residuals(hypotheses);
   add_evidence(planting, search_radius, positions, context, hypotheses);
+}
+
+/// Puts the hypothesis first that visibility and positions together support best, where positions do not
+/// decide: at its threshold the others are scored.
+inline void put_first_by_visibility(const scan_views& views, const matching_context& context,
+                                    std::vector<local_hypothesis>& hypotheses) {
+  if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
+  const visibility_evidence visibility(context, views, hypotheses);
+  std::vector<double> log10_nfas;
+  for (const local_hypothesis& h : hypotheses) log10_nfas.push_back(visibility.score(h).log10_nfa);
+  const auto first = std::min_element(log10_nfas.begin(), log10_nfas.end()) - log10_nfas.begin();
+  std::rotate(hypotheses.begin(), hypotheses.begin() + first, hypotheses.begin() + first + 1);
+}
+
+/// Asks the evidence of visibility where nothing else decides. Not for plantations: between the rows of one
+/// that is placed on another scanners see past no stems, wherever along the rows it is.
+inline void add_visibility_evidence(const scan_views& views, const matching_context& context,
+                                    std::vector<local_hypothesis>& hypotheses) {
+  if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
+  const visibility_evidence visibility(context, views, hypotheses);
+  for (local_hypothesis& h : hypotheses) {
+    const evidence_score scored = visibility.score(h);
+    if (scored.log10_nfa >= h.log10_nfa) continue;
+    h.log10_nfa = scored.log10_nfa;
+    h.evidence = scored.source;
+  }
+  rank(hypotheses);
 }
 
 }  // namespace globalmatch::detail

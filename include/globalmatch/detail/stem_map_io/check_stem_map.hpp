@@ -46,4 +46,14 @@ inline std::string describe_sample_error(const stem_map& map) {
   return "";
 }
 
+/// The same for what the scanner saw.
+inline std::string describe_view_error(const stem_map& map) {
+  const visible_ranges& visible = map.visible;
+  constexpr std::size_t cells = std::size_t(visible_ranges::columns) * std::size_t(visible_ranges::rows);
+  if (!visible.empty() && visible.ranges.size() != cells)
+    return "visible: ranges must hold columns x rows values, or none";
+  if (!is_finite(visible.scanner)) return "visible: the scanner's place must be finite";
+  return "";
+}
+
 }  // namespace globalmatch::detail

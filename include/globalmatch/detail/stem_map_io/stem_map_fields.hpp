@@ -83,6 +83,12 @@ void serialize_raster(Archive& archive, V& value) {
   archive(value.heights, value.has_data, value.in_surface);
 }
 
+template <class Archive, either_const<visible_ranges> V>
+void serialize_view(Archive& archive, V& value) {
+  auto& [scanner, ranges] = value;
+  archive(scanner, ranges);
+}
+
 template <class Archive, either_const<terrain> V>
 void serialize_ground(Archive& archive, V& value) {
   archive(value.ground, value.first_ground);

@@ -10,6 +10,7 @@
 #include "globalmatch/detail/mapping/bare_ground.hpp"
 #include "globalmatch/detail/mapping/ground.hpp"
 #include "globalmatch/detail/mapping/samples.hpp"
+#include "globalmatch/detail/mapping/single_station.hpp"
 #include "globalmatch/detail/mapping/stem_cylinders.hpp"
 #include "globalmatch/detail/mapping/stem_points.hpp"
 #include "globalmatch/detail/mapping/stem_positions.hpp"
@@ -61,6 +62,8 @@ GLOBALMATCH_INLINE stem_map find_stems(ground_model&& ground, understory_parts&&
   map.funnel.stems = map.stems.size();
   map.upright = upright_of(axes_of(map.stems));
   collect_samples(stems, understory, map, exec);
+  map.visible = std::move(layer.visible);
+  if (!is_seen_from_scanner(map)) map.visible = {};
   return map;
 }
 

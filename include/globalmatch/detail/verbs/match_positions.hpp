@@ -29,16 +29,17 @@ namespace globalmatch::detail {
 /// match; as these are further tests, twice the evidence is asked for. Nobody scans upside down: flat maps
 /// that are each other's mirror image match like that.
 inline matching match_as_options_say(position_set source, position_set target,
-                                     const matching_options& options, const execution& exec) {
+                                     const matching_options& options, const execution& exec,
+                                     const scan_views* views) {
   const bool may_rotate = !options.dof && !options.horizontal && source.has_heights && target.has_heights;
-  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec);
-  matching by_positions = match_once(source, target, options, exec);
+  if (!may_rotate) return match_once(std::move(source), std::move(target), options, exec, views);
+  matching by_positions = match_once(source, target, options, exec, views);
   if (by_positions.outcome != outcome::not_registered) return by_positions;
   constexpr double max_tilt = std::numbers::pi / 2;
   matching_options rotating = options;
   rotating.dof = degrees_of_freedom::six;
   rotating.decision.max_nfa /= 2;
-  matching in_space = match_once(std::move(source), std::move(target), rotating, exec, false);
+  matching in_space = match_once(std::move(source), std::move(target), rotating, exec, views, false);
   const bool rotated = in_space.outcome == outcome::registered && in_space.vertical->tilt < max_tilt;
   return rotated ? in_space : by_positions;
 }
@@ -110,12 +111,12 @@ matching match_at_scale(const position_set& source, const matching_options& opti
 
 GLOBALMATCH_INLINE matching match_positions(position_set source, position_set target,
                                             const matching_options& options, const execution& exec,
-                                            build_mode) {
+                                            const scan_views* views, build_mode) {
   require_valid(options);
   const parallel_scope scope(exec, "matching");
   const auto match = [&](const position_set& from, const matching_options& asked) {
     matching result = match_unless_contradicted(from, target, asked, [&](const matching_options& some) {
-      return match_as_options_say(from, target, some, exec);
+      return match_as_options_say(from, target, some, exec, views);
     });
     return with_likely_cause(std::move(result), from, target, exec);
   };

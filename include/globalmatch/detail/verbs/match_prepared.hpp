@@ -148,7 +148,7 @@ inline std::optional<local_prior> prior_between(const position_set& source, cons
 /// prepared map is the caller's source; `exhaustive` as in `position_evidence`.
 inline matching match_prepared(const position_set& source, const prepared_stems& target,
                                const matching_options& options, const execution& exec, bool swapped = false,
-                               bool exhaustive = true) {
+                               bool exhaustive = true, const scan_views* views = nullptr) {
   require_prepared_for(target, source, options);
   const parallel_scope scope(exec, "verification");
   matching result;
@@ -173,9 +173,12 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
     planted = {};
   }
   std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
+  if (planted.source || planted.target) views = nullptr;
   if (!hypotheses.empty()) {
+    if (views) put_first_by_visibility(*views, context, hypotheses);
     refine(hypotheses, positions, context);
     add_planting_evidence(planted, positions, context, hypotheses);
+    if (views) add_visibility_evidence(*views, context, hypotheses);
     keep_best(hypotheses, max_hypotheses);
     complete_pairs(hypotheses.front(), context, positions.pairing());
     // Refitting may have moved them away from the prior, which was counted in their favour.
@@ -196,15 +199,17 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
 /// Matches sets of positions by one way of measuring distances: the larger one is indexed, the smaller one
 /// queries.
 inline matching match_once(position_set source, position_set target, const matching_options& options,
-                           const execution& exec, bool exhaustive = true) {
+                           const execution& exec, const scan_views* views, bool exhaustive = true) {
   if (options.proposal == proposal::algorithm_1)
-    return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec);
+    return match_prepared(source, without_triangles(std::move(target), true, exec), options, exec, false,
+                          true, views);
   const bool horizontal_distances = options.dof != degrees_of_freedom::six,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
+  const scan_views in_order = views && swapped ? views->reversed() : views ? *views : scan_views();
   const prepared_stems prepared =
       prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
-  return match_prepared(source, prepared, options, exec, swapped, exhaustive);
+  return match_prepared(source, prepared, options, exec, swapped, exhaustive, views ? &in_order : nullptr);
 }
 
 }  // namespace globalmatch::detail

@@ -15,6 +15,7 @@
 
 #include "globalmatch/detail/core/compiled.hpp"
 #include "globalmatch/detail/core/threads.hpp"
+#include "globalmatch/detail/matching/scan_views.hpp"
 #include "globalmatch/detail/matching/uncertainty.hpp"
 #include "globalmatch/detail/verbs/refine_by_samples.hpp"
 #include "globalmatch/execution.hpp"
@@ -49,6 +50,18 @@ inline std::string describe_tilted_maps(const stem_map& source, const stem_map& 
   return remark;
 }
 
+/// Of which scans it is not known what their scanners saw, for the reason of the decision; empty where it is,
+/// or where the maps are not of scans.
+inline std::string describe_unseen_maps(const stem_map& source, const stem_map& target) {
+  std::string remark;
+  for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
+    if (map->funnel.stems > 0 && map->visible.empty())
+      remark +=
+          std::string(". What the scanner of ") + name +
+          " saw is not used: it did not stand at the origin of the scan (option `scanner`), or it moved";
+  return remark;
+}
+
 /// Why six degrees of freedom cannot be had of two maps: no heights differ in one of them; empty where they
 /// can, or are not asked for.
 inline std::string describe_flat_maps(const position_set& source, const position_set& target,
@@ -67,12 +80,13 @@ inline matching match_maps(const stem_map& source, const stem_map& target, const
   matching result;
   result.reason = describe_flat_maps(from, to, options.dof);
   if (!result.reason.empty()) return result;
-  result = match_positions(std::move(from), std::move(to), options, exec);
+  const scan_views views = {{&source.visible, &source.terrain}, {&target.visible, &target.terrain}};
+  result = match_positions(std::move(from), std::move(to), options, exec, &views);
   const auto minimum = std::size_t(options.decision.min_correspondences);
   if (std::min(source.stems.size(), target.stems.size()) < minimum)
     result.reason += describe_lost_stems(source, target, minimum);
   if (result.outcome != outcome::registered)
-    result.reason += describe_tilted_maps(source, target, options.dof);
+    result.reason += describe_tilted_maps(source, target, options.dof) + describe_unseen_maps(source, target);
   return result;
 }
 

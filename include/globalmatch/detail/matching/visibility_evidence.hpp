@@ -1,0 +1,237 @@
+// Evidence of visibility: where a scanner saw past the place that a transform gives a stem of the other scan,
+// no stem stands. In: hypotheses, and how far the scanner of either map saw. Out: how improbable it is that a
+// transform hides so many stems if the maps have nothing in common. Ours.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "globalmatch/detail/core/rigid.hpp"
+#include "globalmatch/detail/core/visible_ranges.hpp"
+#include "globalmatch/detail/matching/evidence.hpp"
+#include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/matching_context.hpp"
+#include "globalmatch/detail/matching/scan_views.hpp"
+#include "globalmatch/detail/matching/score_hypothesis.hpp"
+#include "globalmatch/matching.hpp"
+#include "globalmatch/positions.hpp"
+#include "globalmatch/stem_map.hpp"
+
+namespace globalmatch::detail {
+
+/// Logarithm of the probability of at most `successes` in `tries` where the share of successes varies from
+/// one lot of tries to another: a beta-binomial distribution with a mean share and the correlation of two
+/// tries of a lot, both between 0 and 1.
+inline double log_beta_binomial_tail(std::size_t successes, std::size_t tries, double mean,
+                                     double correlation) {
+  const double both = 1 / correlation - 1, a = mean * both, b = (1 - mean) * both, n = double(tries);
+  double log_probability = 0;  // of none
+  for (double j = 0; j < n; ++j) log_probability += std::log((b + j) / (both + j));
+  double sum = 1, ratio = 1;  // over that of none
+  for (double i = 0; i < double(successes); ++i) {
+    ratio *= (n - i) * (a + i) / ((i + 1) * (b + n - i - 1));
+    sum += ratio;
+  }
+  return std::min(0.0, log_probability + std::log(sum));
+}
+
+/// Stems of one map that the other scan shows, or hides.
+class hidden_stems {
+ public:
+  /// `stems` of one map are looked for in what the scanner of the other one, `others`, saw.
+  hidden_stems(const position_set& stems, const position_set& others, const position_index& index_of_others,
+               const scan_view& view)
+      : stems_(stems), index_(index_of_others), view_(view) {
+    if (is_known())
+      terrain_from_local_ = view.ground->frame.local_from_scan() * others.frame.local_from_scan().inverse();
+  }
+
+  bool is_known() const { return view_.visible && !view_.visible->empty() && !stems_.radius.empty(); }
+
+  /// Logarithm of the probability, if the maps had nothing in common, that the scanner saw past as few of
+  /// the stems where `transform` places them, which is off by `error(place)` [m]. Stems near one of the other
+  /// map are left out: positions have counted them. How often it sees past a stem at random, and how much
+  /// that varies, is what it does when all stems are turned about it.
+  template <class Error>
+  double log_probability(const rigid& transform, double near, const Error& error) const {
+    constexpr std::size_t min_stems = 5, turns = 36;
+    constexpr double max_share = 1.0 / 3;  // seen past; more are no evidence
+    if (!is_known()) return 0;
+    const std::vector<placed_stem> placed = place(transform, error);
+    const counts given = count(placed, near, 0);
+    if (given.stems < min_stems || double(given.past) > max_share * double(given.stems)) return 0;
+    double shares = 0, squares = 0, inverse_stems = 0, lots = 0;
+    for (std::size_t i = 1; i < turns; ++i) {
+      const counts turned = count(placed, near, 2 * std::numbers::pi * double(i) / double(turns));
+      if (turned.stems < min_stems) continue;
+      const double share = double(turned.past) / double(turned.stems);
+      ++lots, shares += share, squares += share * share, inverse_stems += 1 / double(turned.stems);
+    }
+    if (lots < double(turns) / 2) return 0;
+    return log_tail(given, shares / lots, squares / lots, inverse_stems / lots, lots);
+  }
+
+ private:
+  struct placed_stem {
+    vec3 base, axis;  // frame of the terrain, from the scanner; z of the axis 1
+    double radius, error;
+  };
+  struct counts {
+    std::size_t stems = 0, past = 0;
+  };
+
+  /// Of the stems that would cover a cell of what the scanner saw.
+  template <class Error>
+  std::vector<placed_stem> place(const rigid& transform, const Error& error) const {
+    std::vector<placed_stem> placed;
+    for (stem_index s = 0; s < stems_.size(); ++s) {
+      const vec3 at = transform * stems_.at[s];
+      const vec3 base = terrain_from_local_ * at - view_.visible->scanner;
+      const double radius = stems_.radius[s];
+      if (!visible_ranges::is_covered(std::hypot(base.x, base.y), radius)) continue;
+      const double sigma = stems_.sigma.empty() ? 0 : stems_.sigma[s];
+      placed.push_back({base, axis_of(transform, s), radius, std::hypot(error(at), 2 * sigma)});
+    }
+    return placed;
+  }
+
+  vec3 axis_of(const rigid& transform, stem_index s) const {
+    if (stems_.axis.empty()) return {0, 0, 1};
+    const vec3 axis = terrain_from_local_.rotation * (transform.rotation * stems_.axis[s]);
+    return axis.z > 0.5 ? axis / axis.z : vec3{0, 0, 1};
+  }
+
+  /// Of stems that are turned about the scanner by an angle [rad], counter-clockwise.
+  counts count(std::span<const placed_stem> placed, double near, double angle) const {
+    const double c = std::cos(angle), s = std::sin(angle);
+    const auto turned = [&](const vec3& v) { return vec3{c * v.x - s * v.y, s * v.x + c * v.y, v.z}; };
+    const rigid local_from_terrain = terrain_from_local_.inverse();
+    counts result;
+    for (const placed_stem& stem : placed) {
+      vec3 base = turned(stem.base) + view_.visible->scanner;
+      if (!view_.ground->covers(base.x, base.y) || is_near_other(local_from_terrain * base, near)) continue;
+      base.z = view_.ground->interpolated_height(base.x, base.y);
+      ++result.stems;
+      result.past += view_.visible->sees_past(base, turned(stem.axis), stem.radius, stem.error);
+    }
+    return result;
+  }
+
+  bool is_near_other(const vec3& p, double near) const {
+    bool found = false;
+    index_.for_each_within(p.x, p.y, near, [&](stem_index, double) { found = true; });
+    return found;
+  }
+
+  /// The mean share of stems seen past, and its variance, are taken two standard deviations to the side
+  /// where less is improbable.
+  static double log_tail(const counts& given, double mean, double mean_square, double inverse_stems,
+                         double lots) {
+    constexpr double deviations = 2, min_correlation = 1e-4, max_correlation = 0.99;
+    const double variance =
+        std::max(0.0, mean_square - mean * mean) * (1 + deviations * std::sqrt(2 / (lots - 1)));
+    const double share = std::min(0.999, mean - deviations * std::sqrt(variance / lots));
+    if (!(share > 0)) return 0;
+    const double single = share * (1 - share), independent = single * inverse_stems;
+    const double correlation =
+        std::clamp((variance - independent) / (single - independent), min_correlation, max_correlation);
+    return log_beta_binomial_tail(given.past, given.stems, share, correlation);
+  }
+
+  const position_set& stems_;
+  const position_index& index_;
+  scan_view view_;
+  rigid terrain_from_local_;
+};
+
+/// Refers to the maps.
+class visibility_evidence {
+ public:
+  visibility_evidence(const matching_context& context, const scan_views& views,
+                      std::span<const local_hypothesis> hypotheses)
+      : context_(context),
+        in_target_(context.source, context.target, *context.target_index, views.target),
+        in_source_(context.target, context.source, *context.source_index, views.source) {
+    constexpr double supporting = -3;  // of the logarithm to base 10 of the probability
+    for (const local_hypothesis& h : hypotheses)
+      if (log10_probability(h) <= supporting) supported_.push_back(h.target_from_source);
+  }
+
+  bool is_known() const { return in_target_.is_known() || in_source_.is_known(); }
+
+  /// None: it proposes nothing.
+  std::vector<local_hypothesis> propose(std::size_t) const { return {}; }
+
+  /// The NFA of positions and visibility together, which are independent if maps have nothing in common.
+  /// Where visibility supports transforms that contradict each other stems stand in rows, and it is no
+  /// evidence.
+  evidence_score score(const local_hypothesis& h) const {
+    constexpr double same = 1;  // [m] between where transforms place the paired stems
+    for (const rigid& other : supported_)
+      if (mean_displacement(other, h.target_from_source, h.correspondences, context_) > same)
+        return {h.log10_nfa, evidence_source::visibility, h.log10_nfa_poisson};
+    return {combined(h.log10_nfa, log10_probability(h)), evidence_source::visibility, h.log10_nfa_poisson};
+  }
+
+ private:
+  /// Of both scans seeing past as few stems, for a transform that is not related to them. Three factors:
+  /// their product is small more often than each of them, by the bound of `combined`.
+  double log10_probability(const local_hypothesis& h) const {
+    if (h.correspondences.size() < 3) return 0;
+    const double near = std::max(1.0, 2 * h.inlier_threshold);  // [m]
+    const fit_errors errors(h, context_);
+    const double in_target =
+        in_target_.log_probability(h.target_from_source, near, [&](const vec3& p) { return errors.at(p); });
+    const rigid source_from_target = h.target_from_source.inverse();
+    const double in_source = in_source_.log_probability(
+        source_from_target, near, [&](const vec3& p) { return errors.at(h.target_from_source * p); });
+    return (in_target + in_source) / std::numbers::ln10;
+  }
+
+  /// How far off [m], at two standard deviations, a transform is at a place, by the residuals of its pairs.
+  class fit_errors {
+   public:
+    fit_errors(const local_hypothesis& h, const matching_context& context)
+        : pairs_(double(h.correspondences.size())) {
+      constexpr double min_sigma = 0.01;  // [m] of a pair
+      for (const correspondence& c : h.correspondences) center_ += context.target.at[c.target] / pairs_;
+      for (const correspondence& c : h.correspondences)
+        spread_ += (context.target.at[c.target] - center_).xy().squared_norm();
+      sigma_ = std::max(min_sigma, h.rms * std::sqrt(pairs_ / std::max(1.0, 2 * pairs_ - 3)));
+    }
+    double at(const vec3& place) const {
+      constexpr double deviations = 2;
+      return deviations * sigma_ *
+             std::sqrt(1 / pairs_ + (place - center_).xy().squared_norm() / std::max(spread_, 1e-6));
+    }
+
+   private:
+    double pairs_, sigma_ = 0, spread_ = 0;  // spread [m^2]
+    vec3 center_;
+  };
+
+  /// If x is a product of n factors that are uniform between 0 and 1 it is below x with the probability x sum
+  /// (-ln x)^j / j!, j < n (Fisher 1932). Positions are such a factor, once their NFA is divided by the
+  /// number of transforms, of which there are 10^15 at most.
+  static double combined(double log10_nfa, double log10_probability) {
+    constexpr double log10_transforms = 15;
+    const double product = log10_nfa + log10_probability;
+    const double log_x = std::numbers::ln10 * std::max(0.0, log10_transforms - product);
+    const double with_both = product + std::log10(1 + log_x + log_x * log_x / 2);
+    return std::min(log10_nfa, with_both);
+  }
+
+  const matching_context& context_;
+  hidden_stems in_target_, in_source_;
+  std::vector<rigid> supported_;
+};
+
+static_assert(evidence<visibility_evidence>);
+
+}  // namespace globalmatch::detail

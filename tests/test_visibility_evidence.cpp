@@ -1,0 +1,163 @@
+#include "globalmatch/detail/matching/visibility_evidence.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "catch.hpp"
+#include "globalmatch/registration.hpp"
+#include "seen_forest.hpp"
+
+namespace globalmatch::test_visibility_evidence {
+
+using namespace detail;
+
+namespace {
+
+using scenes::station;
+
+/// Two stations of a forest, of whose common stems few are in both maps.
+struct two_stations {
+  station source, target;
+  Eigen::Isometry3d truth;  ///< target from source
+
+  two_stations(const std::vector<scenes::trunk>& trunks, random_source& random, std::size_t common)
+      : source(trunks, {-6, 1}, 0.4, random),
+        target(trunks, {7, -2}, -1.9, random),
+        truth(target.forest_from_scan.inverse() * source.forest_from_scan) {
+    source.keep_common(trunks, target, common);
+  }
+
+  double error_of(const Eigen::Isometry3d& transform) const {
+    return scenes::max_error(transform, truth, {Eigen::Vector3d(5, 0, 0), Eigen::Vector3d(-5, 8, 0)});
+  }
+};
+
+/// Evidence of two maps, asked for transforms between their frames.
+struct asked {
+  position_set from, to;
+  scan_views views;
+  matching_context context;
+
+  asked(const stem_map& source, const stem_map& target)
+      : from(import_positions(source.stems, source.up, "source")),
+        to(import_positions(target.stems, target.up, "target")),
+        views{{&source.visible, &source.terrain}, {&target.visible, &target.terrain}},
+        context(from, to, true, degrees_of_freedom::four) {}
+
+  local_hypothesis of(const Eigen::Isometry3d& target_from_source) const {
+    local_hypothesis h;
+    h.target_from_source =
+        to.frame.local_from_scan() * from_eigen(target_from_source) * from.frame.local_from_scan().inverse();
+    h.inlier_threshold = 0.1;
+    h.correspondences = context.pair_stems(h.target_from_source, 1.5);
+    h.rms = 0.02;
+    h.log10_nfa = 1;
+    return h;
+  }
+  evidence_score score(const local_hypothesis& h, const std::vector<local_hypothesis>& all) const {
+    return visibility_evidence(context, views, all).score(h);
+  }
+};
+
+registration_options without_icp() {
+  return {.icp = {.metric = icp_metric::none}};
+}
+
+}  // namespace
+
+TEST_CASE("the tail of a beta-binomial distribution is that of a binomial one without correlation") {
+  const double choose[] = {1, 8, 28, 56, 70, 56, 28, 8, 1};
+  for (const double p : {0.1, 0.5, 0.9}) {
+    double tail = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      tail += choose[k] * std::pow(p, double(k)) * std::pow(1 - p, double(8 - k));
+      CHECK(log_beta_binomial_tail(k, 8, p, 1e-9) == Approx(std::log(tail)).epsilon(1e-5).margin(1e-6));
+    }
+    CHECK(log_beta_binomial_tail(8, 8, p, 0.2) == Approx(0).margin(1e-12));
+  }
+  // Uniform from 0 to 1, the share makes all numbers of successes equally probable.
+  for (std::size_t k = 0; k < 8; ++k)
+    CHECK(log_beta_binomial_tail(k, 8, 0.5, 1.0 / 3) == Approx(std::log(double(k + 1) / 9)));
+  CHECK(log_beta_binomial_tail(2, 40, 0.7, 0.3) > log_beta_binomial_tail(2, 40, 0.7, 0.1));
+}
+
+TEST_CASE("visibility supports the transform between two stations, and no other one") {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    random_source random(seed);
+    const two_stations scans(scenes::random_trunks(random, 220, 60), random, 4);
+    const asked evidence(scans.source.map, scans.target.map);
+    const local_hypothesis right = evidence.of(scans.truth);
+    const evidence_score scored = evidence.score(right, {right});
+    CHECK(scored.source == evidence_source::visibility);
+    CHECK(scored.log10_nfa < -4);
+    CHECK(scored.log10_nfa_poisson == right.log10_nfa_poisson);
+    for (int k = 1; k < 12; ++k) {
+      const Eigen::Isometry3d turned = scans.truth * Eigen::AngleAxisd(0.5 * k, Eigen::Vector3d::UnitZ());
+      local_hypothesis wrong = evidence.of(turned);
+      wrong.correspondences = right.correspondences;
+      CHECK(evidence.score(wrong, {wrong}).log10_nfa > 0);
+    }
+  }
+}
+
+TEST_CASE("where visibility supports transforms along rows that contradict each other it is no evidence") {
+  random_source random(4);
+  std::vector<scenes::trunk> rows;
+  for (int column = -12; column <= 12; ++column)
+    for (int row = -12; row <= 12; ++row)
+      if (random.uniform() < 0.9) rows.push_back({{2.5 * column, 2.5 * row}, 0.15});
+  const two_stations scans(rows, random, rows.size());
+  const asked evidence(scans.source.map, scans.target.map);
+  const auto along_rows = [&](double x, double y) {
+    const Eigen::Isometry3d& target = scans.target.forest_from_scan;
+    return evidence.of(target.inverse() * Eigen::Translation3d(x, y, 0) * target * scans.truth);
+  };
+  const local_hypothesis right = along_rows(0, 0), nearly = along_rows(0.1, 0), shifted = along_rows(2.5, 0);
+  CHECK(evidence.score(right, {right, nearly}).log10_nfa < right.log10_nfa - 2);
+  CHECK(evidence.score(shifted, {shifted}).log10_nfa < shifted.log10_nfa - 1);
+  CHECK(evidence.score(right, {right, nearly, shifted}).log10_nfa == right.log10_nfa);
+}
+
+TEST_CASE("a scan that hides everything supports no transform") {
+  random_source random(5);
+  two_stations scans(scenes::random_trunks(random, 220, 60), random, 4);
+  for (stem_map* map : {&scans.source.map, &scans.target.map})
+    for (auto& range : map->visible.ranges) range = std::min<std::uint16_t>(range, 400);
+  const asked evidence(scans.source.map, scans.target.map);
+  const local_hypothesis right = evidence.of(scans.truth);
+  CHECK(evidence.score(right, {right}).log10_nfa == right.log10_nfa);
+}
+
+TEST_CASE("two scans with few common stems are registered by what their scanners saw") {
+  std::size_t with = 0, without = 0, wrong = 0;
+  for (std::uint64_t seed = 10; seed < 20; ++seed) {
+    random_source random(seed);
+    two_stations scans(scenes::random_trunks(random, 220, 60), random, 5);
+    const auto is_right = [&](const registration& r) {
+      wrong += r.target_from_source && scans.error_of(*r.target_from_source) > 0.5;
+      return r.target_from_source && scans.error_of(*r.target_from_source) < 0.5;
+    };
+    const registration seen = register_maps(scans.source.map, scans.target.map, without_icp());
+    with += is_right(seen);
+    if (is_right(seen)) CHECK(seen.matching.probability > 0.5);
+    for (stem_map* map : {&scans.source.map, &scans.target.map}) map->visible = {};
+    without += is_right(register_maps(scans.source.map, scans.target.map, without_icp()));
+  }
+  CHECK(wrong == 0);
+  CHECK(with >= 8);
+  CHECK(without <= 5);
+}
+
+TEST_CASE("scans of different forests are not registered by what their scanners saw") {
+  for (std::uint64_t seed = 30; seed < 36; ++seed) {
+    random_source random(seed);
+    const station source(scenes::random_trunks(random, 220, 60), {-6, 1}, 0.4, random);
+    const station target(scenes::random_trunks(random, 220, 60), {7, -2}, -1.9, random);
+    const registration result = register_maps(source.map, target.map, without_icp());
+    CHECK(result.outcome == outcome::not_registered);
+  }
+}
+
+}  // namespace globalmatch::test_visibility_evidence
