@@ -11,6 +11,12 @@
 #include <sstream>
 #include <system_error>
 
+#if defined(_WIN32)
+#include <fcntl.h>
+#include <io.h>
+#include <sys/stat.h>
+#endif
+
 #include "support/file_error.hpp"
 #include "support/process_identity.hpp"
 
@@ -28,6 +34,18 @@ std::string describe_owner() {
   std::strftime(start, sizeof(start), "%Y-%m-%dT%H:%M:%SZ", std::gmtime(&now));
   return own.host + "\n" + std::to_string(own.process) + "\n" + start + "\n" +
          std::to_string(std::random_device()()) + "\n";
+}
+
+/// A file that was not there, open for writing; null where it was, or where it cannot be made. The mode "x" of
+/// `std::fopen` is one that not every library on Windows knows.
+std::FILE* open_new(const fs::path& file) {
+#if defined(_WIN32)
+  const int descriptor =
+      _wopen(file.c_str(), _O_CREAT | _O_EXCL | _O_WRONLY | _O_BINARY, _S_IREAD | _S_IWRITE);
+  return descriptor < 0 ? nullptr : _fdopen(descriptor, "wb");
+#else
+  return std::fopen(file.c_str(), "wbx");
+#endif
 }
 
 /// Nothing where there is no file.
@@ -73,7 +91,7 @@ stage_lock::~stage_lock() {
 
 bool stage_lock::create() const {
   const auto close = [](std::FILE* f) { std::fclose(f); };
-  const std::unique_ptr<std::FILE, decltype(close)> created(std::fopen(file_.string().c_str(), "wx"), close);
+  const std::unique_ptr<std::FILE, decltype(close)> created(open_new(file_), close);
   if (created) return std::fputs(owner_.c_str(), created.get()) >= 0;
   if (errno == EEXIST) return false;
   throw file_error(file_, "cannot be written", "Check the permissions of its directory");
