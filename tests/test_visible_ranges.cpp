@@ -89,6 +89,16 @@ TEST_CASE("a stem may stand within the error to either side of its place") {
   }
 }
 
+TEST_CASE("a stem that may stand anywhere is not seen past, nor one that is too far for any return") {
+  const visible_ranges visible = scenes::seen_from({}, {0, 0});
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double error : {20.0, 1e10, 1e40, 1e300, infinity, std::nan("")})
+    CHECK_FALSE(visible.sees_past({5, 3, 0}, upright, 0.1, error));
+  for (const double far : {1e3, 1e20, 1e40, 1e300, infinity, std::nan("")})
+    CHECK_FALSE(visible.sees_past({far, 3, 0}, upright, 0.1, 0.1));
+  CHECK(visible.sees_past({5, 3, 0}, upright, 0.1, 0.1));
+}
+
 TEST_CASE("a stem that leans is looked for along its axis") {
   visible_ranges visible = scenes::seen_from({}, {0, 0});
   const vec3 base = {10, 0, 0}, axis = {0, 0.4, 1};

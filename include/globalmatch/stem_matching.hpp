@@ -46,8 +46,8 @@ namespace detail {
 
 struct scan_views;
 
-/// `match_stems` for positions whose frames may be levelled by different ups; `views`: what the scanners of
-/// both saw, if that is known. Throws `operation_cancelled`.
+/// `match_stems` for positions whose frames may be levelled by different ups. `views`: what the scanners of
+/// both saw, if that is known, for maps that keep their scale. Throws `operation_cancelled`.
 GLOBALMATCH_INLINE matching match_positions(position_set source, position_set target,
                                             const matching_options& options, const execution& exec,
                                             const scan_views* views = nullptr, build_mode = {});

@@ -24,7 +24,8 @@ struct ranged_return {
 class visible_ranges {
  public:
   static constexpr int columns = 1800, rows = 30;
-  static constexpr float max_slope = 1;  ///< [m/m] of directions, up and down
+  static constexpr float max_slope = 1;       ///< [m/m] of directions, up and down
+  static constexpr float max_distance = 600;  ///< [m] horizontal
 
   vec3 scanner;                       ///< [m] where it stood, in the frame of the terrain
   std::vector<std::uint16_t> ranges;  ///< [cm] row by row, 0 without return; empty where nothing is known
@@ -33,7 +34,7 @@ class visible_ranges {
 
   /// What a point at `offset` [m] from the scanner tells; nothing where it is too near, too far or too steep.
   static std::optional<ranged_return> return_at(const vec3f& offset) {
-    constexpr float min_range = 1, max_range = 600;  // [m]
+    constexpr float min_range = 1, max_range = max_distance;  // [m]
     const float range = std::sqrt(offset.x * offset.x + offset.y * offset.y);
     if (!(range >= min_range && range <= max_range && std::abs(offset.z) < max_slope * range)) return {};
     const int cell = row_of(offset.z / range) * columns + column_of(offset.x, offset.y);
@@ -59,11 +60,13 @@ class visible_ranges {
   bool sees_past(const vec3& base, const vec3& axis, double radius, double error) const {
     constexpr double margin = 0.5;                                    // [m] behind the stem
     constexpr double min_height = 0.5, max_height = 2.6, step = 0.5;  // [m] above the ground
+    constexpr double max_turn = 0.5;  // [rad] a stem that may stand anywhere is not seen past
     int last_row = -1, covered = 0, past = 0;
     for (double height = min_height; height < max_height; height += step) {
       const vec3 offset = base + height * axis - scanner;
       const double distance = std::hypot(offset.x, offset.y);
       if (!(std::abs(offset.z) < max_slope * distance)) continue;
+      if (!(error <= max_turn * distance && distance < max_distance)) return false;
       const int row = row_of(float(offset.z / distance));
       if (row == last_row) continue;
       last_row = row;

@@ -95,7 +95,8 @@ inline void add_planting_evidence(const plantation& planted, const position_evid
 inline void put_first_by_visibility(const scan_views& views, const matching_context& context,
                                     std::vector<local_hypothesis>& hypotheses) {
   if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
-  const visibility_evidence visibility(context, views, hypotheses);
+  const visibility_evidence visibility(context, views);
+  if (!visibility.is_known()) return;
   std::vector<double> log10_nfas;
   for (const local_hypothesis& h : hypotheses) log10_nfas.push_back(visibility.score(h).log10_nfa);
   const auto first = std::min_element(log10_nfas.begin(), log10_nfas.end()) - log10_nfas.begin();
@@ -107,7 +108,8 @@ inline void put_first_by_visibility(const scan_views& views, const matching_cont
 inline void add_visibility_evidence(const scan_views& views, const matching_context& context,
                                     std::vector<local_hypothesis>& hypotheses) {
   if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
-  const visibility_evidence visibility(context, views, hypotheses);
+  const visibility_evidence visibility(context, views);
+  if (!visibility.is_known()) return;
   for (local_hypothesis& h : hypotheses) {
     const evidence_score scored = visibility.score(h);
     if (scored.log10_nfa >= h.log10_nfa) continue;

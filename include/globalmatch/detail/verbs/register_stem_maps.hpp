@@ -56,9 +56,9 @@ inline std::string describe_unseen_maps(const stem_map& source, const stem_map& 
   std::string remark;
   for (const auto& [map, name] : {std::pair(&source, "source"), std::pair(&target, "target")})
     if (map->funnel.stems > 0 && map->visible.empty())
-      remark +=
-          std::string(". What the scanner of ") + name +
-          " saw is not used: it did not stand at the origin of the scan (option `scanner`), or it moved";
+      remark += std::string(". What the scanner of ") + name +
+                " saw is not used: it is not known where it stood (option `scanner`), it moved, or too few "
+                "stems show it";
   return remark;
 }
 
