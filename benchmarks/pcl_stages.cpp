@@ -1,6 +1,7 @@
 // The stages of [GM] 3.1 after the ground, put together from PCL's parts: VoxelGrid, NormalEstimationOMP,
 // EuclideanClusterExtraction, SACSegmentation. Seconds a stage, beside those of `map_stems` on the same scan.
 // Built with GLOBALMATCH_BENCHMARK_PCL.
+#include <globalmatch/detail/mapping/cylinder.hpp>
 #include <globalmatch/detail/mapping/ground.hpp>
 #include <globalmatch/detail/mapping/understory.hpp>
 #include <globalmatch/stem_mapping.hpp>
