@@ -107,6 +107,28 @@ TEST_CASE("along the order of the scan points are kept that lie apart from the o
   CHECK(detail::join_parts(all.parts, ground.frame, "understory", {}).size() == all.in_layer);
 }
 
+TEST_CASE("how far the scanner saw is told by all points, whatever the threads and the range") {
+  const terrain ground = sloped_terrain(0);
+  random_source random(7);
+  std::vector<Vector3d> scan;
+  for (int i = 0; i < 600'000; ++i)  // more than are sampled
+    scan.push_back({10 + 8 * random.uniform(), 20 + 8 * random.uniform(), 28 + 8 * random.uniform()});
+  scan.push_back({std::nan(""), 22, 31});
+  const std::array<double, 3> scanner = {14, 24, 31};
+  const auto visible_to = [&](const auto& points, int threads) {
+    return detail::select_understory_parts(points, ground, {}, 0, {.threads = threads}, scanner).visible;
+  };
+  const visible_ranges visible = visible_to(scan, 1);
+  REQUIRE_FALSE(visible.empty());
+  CHECK(visible.scanner == ground.frame.to_local({14, 24, 31}));
+  CHECK(visible_to(scan, 3).ranges == visible.ranges);
+  CHECK(visible_to(std::list<Vector3d>(scan.begin(), scan.end()), 2).ranges == visible.ranges);
+  const auto furthest = *std::max_element(visible.ranges.begin(), visible.ranges.end());
+  CHECK(furthest <= 566);  // [cm] to a corner
+  CHECK(furthest > 500);
+  CHECK(detail::select_understory_parts(scan, ground, {}, 0, {}).visible.empty());
+}
+
 TEST_CASE("points that are not finite or beyond the terrain are not of the understory") {
   const terrain ground = sloped_terrain(0);
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
