@@ -8,13 +8,13 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-json known(const std::string& text) {
+json text_or_null(const std::string& text) {
   return text.empty() ? json(nullptr) : json(text);
 }
 
 /// One value or several, as text.
 json value_of(const CLI::Option& option) {
-  if (option.count() == 0) return known(option.get_default_str());
+  if (option.count() == 0) return text_or_null(option.get_default_str());
   return option.results().size() == 1 ? json(option.results().front()) : json(option.results());
 }
 
@@ -29,8 +29,8 @@ json describe_run(const CLI::App& app, const std::vector<std::string>& command, 
           {"stages", clock.stages()},
           {"globalmatch",
            {{"version", build.version},
-            {"commit", known(build.commit)},
-            {"compiler", known(build.compiler)},
+            {"commit", text_or_null(build.commit)},
+            {"compiler", text_or_null(build.compiler)},
             {"processor", instruction_set()}}},
           {"command", command},
           {"options", options}};
