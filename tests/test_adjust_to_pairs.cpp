@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "catch.hpp"
+#include "placed_scans.hpp"
 
 namespace globalmatch::test_adjust_to_pairs {
 
@@ -15,16 +16,8 @@ namespace {
 survey row_of(std::size_t count) {
   survey s;
   s.components = 1;
-  for (std::size_t m = 0; m < count; ++m) {
-    survey::scan scan;
-    scan.status = survey::status::placed;
-    scan.component = 0;
-    scan.is_height_known = true;
-    scan.survey_from_scan.translation() = Eigen::Vector3d(20 * double(m), 3, 1);
-    scan.uncertainty = transform_uncertainty{scan.survey_from_scan.translation(), Eigen::Vector3d::UnitZ(),
-                                             Eigen::Matrix4d::Identity() * (m == 0 ? 0 : 1e-4)};
-    s.scans.push_back(scan);
-  }
+  for (std::size_t m = 0; m < count; ++m)
+    s.scans.push_back(scenes::placed_scan({20 * double(m), 3, 1}, m == 0 ? 0 : 1e-4));
   return s;
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "catch.hpp"
+#include "placed_scans.hpp"
 
 namespace globalmatch::test_prior_tests {
 
@@ -17,13 +18,7 @@ survey survey_with_priors(std::size_t count) {
   s.components = 1;
   s.frames.resize(1);
   for (std::size_t m = 0; m < count; ++m) {
-    survey::scan scan;
-    scan.status = survey::status::placed;
-    scan.component = 0;
-    scan.is_height_known = true;
-    scan.uncertainty = transform_uncertainty{Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitZ(),
-                                             Eigen::Matrix4d::Identity() * 1e-6};
-    s.scans.push_back(scan);
+    s.scans.push_back(scenes::placed_scan(Eigen::Vector3d::Zero(), 1e-6));
     survey_options::prior given = {.scan = m, .sigma_plan = 0.01, .sigma_height = 0.01};
     given.position = Eigen::Vector3d(0.005 * (m % 2 == 0 ? 1 : -1), 0.004, 0.003);
     s.priors.push_back({given, 1, 0, 1});

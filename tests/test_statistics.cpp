@@ -160,4 +160,20 @@ TEST_CASE("the weighted median is that of as many equal values, and the mean of 
   CHECK(std::isnan(weighted_median({})));
 }
 
+TEST_CASE("the tail of a beta-binomial distribution is that of a binomial one without correlation") {
+  const double choose[] = {1, 8, 28, 56, 70, 56, 28, 8, 1};
+  for (const double p : {0.1, 0.5, 0.9}) {
+    double tail = 0;
+    for (std::size_t k = 0; k < 8; ++k) {
+      tail += choose[k] * std::pow(p, double(k)) * std::pow(1 - p, double(8 - k));
+      CHECK(log_beta_binomial_tail(k, 8, p, 1e-9) == Approx(std::log(tail)).epsilon(1e-5).margin(1e-6));
+    }
+    CHECK(log_beta_binomial_tail(8, 8, p, 0.2) == Approx(0).margin(1e-12));
+  }
+  // Uniform from 0 to 1, the share makes all numbers of successes equally probable.
+  for (std::size_t k = 0; k < 8; ++k)
+    CHECK(log_beta_binomial_tail(k, 8, 0.5, 1.0 / 3) == Approx(std::log(double(k + 1) / 9)));
+  CHECK(log_beta_binomial_tail(2, 40, 0.7, 0.3) > log_beta_binomial_tail(2, 40, 0.7, 0.1));
+}
+
 }  // namespace globalmatch::test_statistics

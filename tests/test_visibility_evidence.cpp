@@ -61,27 +61,7 @@ struct asked {
   }
 };
 
-registration_options without_icp() {
-  return {.icp = {.metric = icp_metric::none}};
-}
-
 }  // namespace
-
-TEST_CASE("the tail of a beta-binomial distribution is that of a binomial one without correlation") {
-  const double choose[] = {1, 8, 28, 56, 70, 56, 28, 8, 1};
-  for (const double p : {0.1, 0.5, 0.9}) {
-    double tail = 0;
-    for (std::size_t k = 0; k < 8; ++k) {
-      tail += choose[k] * std::pow(p, double(k)) * std::pow(1 - p, double(8 - k));
-      CHECK(log_beta_binomial_tail(k, 8, p, 1e-9) == Approx(std::log(tail)).epsilon(1e-5).margin(1e-6));
-    }
-    CHECK(log_beta_binomial_tail(8, 8, p, 0.2) == Approx(0).margin(1e-12));
-  }
-  // Uniform from 0 to 1, the share makes all numbers of successes equally probable.
-  for (std::size_t k = 0; k < 8; ++k)
-    CHECK(log_beta_binomial_tail(k, 8, 0.5, 1.0 / 3) == Approx(std::log(double(k + 1) / 9)));
-  CHECK(log_beta_binomial_tail(2, 40, 0.7, 0.3) > log_beta_binomial_tail(2, 40, 0.7, 0.1));
-}
 
 TEST_CASE("visibility supports the transform between two stations, and no other one") {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -172,11 +152,13 @@ TEST_CASE("two scans with few common stems are registered by what their scanners
       wrong += r.target_from_source && scans.error_of(*r.target_from_source) > 0.5;
       return r.target_from_source && scans.error_of(*r.target_from_source) < 0.5;
     };
-    const registration seen = register_maps(scans.source.map, scans.target.map, without_icp());
+    const registration seen =
+        register_maps(scans.source.map, scans.target.map, scenes::with_icp(icp_metric::none));
     with += is_right(seen);
     if (is_right(seen)) CHECK(seen.matching.probability > 0.5);
     for (stem_map* map : {&scans.source.map, &scans.target.map}) map->visible = {};
-    without += is_right(register_maps(scans.source.map, scans.target.map, without_icp()));
+    without +=
+        is_right(register_maps(scans.source.map, scans.target.map, scenes::with_icp(icp_metric::none)));
   }
   CHECK(wrong == 0);
   CHECK(with >= 8);
@@ -188,7 +170,7 @@ TEST_CASE("scans of different forests are not registered by what their scanners 
     random_source random(seed);
     const station source(scenes::random_trunks(random, 220, 60), {-6, 1}, 0.4, random);
     const station target(scenes::random_trunks(random, 220, 60), {7, -2}, -1.9, random);
-    const registration result = register_maps(source.map, target.map, without_icp());
+    const registration result = register_maps(source.map, target.map, scenes::with_icp(icp_metric::none));
     CHECK(result.outcome == outcome::not_registered);
   }
 }

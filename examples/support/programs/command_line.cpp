@@ -24,8 +24,7 @@ void shared_options::add_mapping_to(CLI::App& app) {
       ->capture_default_str();
   app.add_option("--scanner", scanner,
                  "where the scanner stood, in the frame of the scan, its origin if not given: no stem stands "
-                 "where it saw "
-                 "further; scan_info measures densities around it")
+                 "where it saw further; scan_info measures densities around it")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z");

@@ -71,6 +71,22 @@ inline double log_binomial_tail(double successes, double tries, double p) {
   return std::min(0.0, first - std::log1p(-ratio));
 }
 
+/// Logarithm of the probability of at most `successes` in `tries` where the share of successes varies from
+/// one lot of tries to another: a beta-binomial distribution with a mean share and the correlation of two
+/// tries of a lot, both between 0 and 1.
+inline double log_beta_binomial_tail(std::size_t successes, std::size_t tries, double mean,
+                                     double correlation) {
+  const double both = 1 / correlation - 1, a = mean * both, b = (1 - mean) * both, n = double(tries);
+  double log_probability = 0;  // of none
+  for (double j = 0; j < n; ++j) log_probability += std::log((b + j) / (both + j));
+  double sum = 1, ratio = 1;  // over that of none
+  for (double i = 0; i < double(successes); ++i) {
+    ratio *= (n - i) * (a + i) / ((i + 1) * (b + n - i - 1));
+    sum += ratio;
+  }
+  return std::min(0.0, log_probability + std::log(sum));
+}
+
 /// Natural logarithm of the probability that of `tries` independent numbers, each uniform between 0 and 1
 /// with probability `p` and 0 otherwise, the sum is at least `sum`: the saddlepoint approximation of Robinson
 /// 1982, Saddlepoint approximations for permutation tests and confidence intervals, J. Royal Statistical

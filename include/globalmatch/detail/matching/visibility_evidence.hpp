@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "globalmatch/detail/core/rigid.hpp"
+#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/visible_ranges.hpp"
 #include "globalmatch/detail/matching/evidence.hpp"
@@ -23,22 +24,6 @@
 #include "globalmatch/stem_map.hpp"
 
 namespace globalmatch::detail {
-
-/// Logarithm of the probability of at most `successes` in `tries` where the share of successes varies from
-/// one lot of tries to another: a beta-binomial distribution with a mean share and the correlation of two
-/// tries of a lot, both between 0 and 1.
-inline double log_beta_binomial_tail(std::size_t successes, std::size_t tries, double mean,
-                                     double correlation) {
-  const double both = 1 / correlation - 1, a = mean * both, b = (1 - mean) * both, n = double(tries);
-  double log_probability = 0;  // of none
-  for (double j = 0; j < n; ++j) log_probability += std::log((b + j) / (both + j));
-  double sum = 1, ratio = 1;  // over that of none
-  for (double i = 0; i < double(successes); ++i) {
-    ratio *= (n - i) * (a + i) / ((i + 1) * (b + n - i - 1));
-    sum += ratio;
-  }
-  return std::min(0.0, log_probability + std::log(sum));
-}
 
 /// Stems of one map that the other scan shows, or hides.
 class hidden_stems {

@@ -145,7 +145,8 @@ inline std::optional<local_prior> prior_between(const position_set& source, cons
 }
 
 /// Matches positions against a prepared map; their frames may be levelled by different ups. `swapped`: the
-/// prepared map is the caller's source; `exhaustive` as in `position_evidence`.
+/// prepared map is the caller's source; `exhaustive` as in `position_evidence`; `views`: what the scanners of
+/// `source` and `target` saw, if that is known.
 inline matching match_prepared(const position_set& source, const prepared_stems& target,
                                const matching_options& options, const execution& exec, bool swapped = false,
                                bool exhaustive = true, const scan_views* views = nullptr) {
@@ -206,7 +207,8 @@ inline matching match_once(position_set source, position_set target, const match
   const bool horizontal_distances = options.dof != degrees_of_freedom::six,
              swapped = source.size() > target.size();
   if (swapped) std::swap(source, target);
-  const scan_views in_order = views && swapped ? views->reversed() : views ? *views : scan_views();
+  scan_views in_order;
+  if (views) in_order = swapped ? views->reversed() : *views;
   const prepared_stems prepared =
       prepare_stems(std::move(target), horizontal_distances, exec, source.size(), exhaustive);
   return match_prepared(source, prepared, options, exec, swapped, exhaustive, views ? &in_order : nullptr);
