@@ -1,5 +1,5 @@
 // Windows cut from real stem maps, two at a time, that share half of their trees or fewer: how often are they
-// registered rightly, by the number of stems that both show?
+// registered rightly, by the number of stems that both show and by the limit on the number of false alarms?
 #include <globalmatch/stem_matching.hpp>
 
 #include "map_windows.hpp"
@@ -25,13 +25,17 @@ using namespace globalmatch::benchmarks;
 
 namespace {
 
+constexpr double limits[] = {1e-3, 1e-4, 1e-5, 1e-6};  // on the NFA; the first one is the default
+
 /// Outcomes of pairs that share as many stems.
 struct tally {
-  std::size_t pairs = 0, best_right = 0, right = 0, wrong = 0;  // best hypothesis; registered
+  std::size_t pairs = 0, best_right = 0;                                     // best hypothesis
+  std::size_t right[std::size(limits)] = {}, wrong[std::size(limits)] = {};  // registered
 
   void add(const tally& other) {
     pairs += other.pairs, best_right += other.best_right;
-    right += other.right, wrong += other.wrong;
+    for (std::size_t i = 0; i < std::size(limits); ++i)
+      right[i] += other.right[i], wrong[i] += other.wrong[i];
   }
 };
 
@@ -39,11 +43,14 @@ tally decide_pair(const matching& result, const two_maps& maps, double noise) {
   tally t{.pairs = 1};
   t.best_right =
       !result.hypotheses.empty() && is_right(result.hypotheses.front().target_from_source, maps, noise);
-  if (result.target_from_source) ++(is_right(*result.target_from_source, maps, noise) ? t.right : t.wrong);
+  if (!result.target_from_source) return t;
+  const bool right = is_right(*result.target_from_source, maps, noise);
+  for (std::size_t i = 0; i < std::size(limits); ++i)
+    (right ? t.right : t.wrong)[i] = result.hypotheses.front().log10_nfa <= std::log10(limits[i]);
   return t;
 }
 
-void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common) {
+void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common, std::size_t limit) {
   constexpr std::size_t starts[] = {0, 4, 6, 10, 15, std::numeric_limits<std::size_t>::max()};
   for (std::size_t b = 0; b + 1 < std::size(starts); ++b) {
     tally bin;
@@ -52,9 +59,13 @@ void print_bins(std::ostream& out, const std::map<std::size_t, tally>& by_common
     const auto share = [&](std::size_t count) {
       return bin.pairs > 0 ? 100 * double(count) / double(bin.pairs) : 0;
     };
-    out << " | " << bin.pairs << ": " << share(bin.best_right) << ", " << share(bin.right) << ", "
-        << bin.wrong;
+    out << " | " << bin.pairs << ": " << share(bin.best_right) << ", " << share(bin.right[limit]) << ", "
+        << bin.wrong[limit];
   }
+}
+
+void print_limit(std::ostream& out, double limit) {
+  out << " | " << std::defaultfloat << limit << std::fixed << std::setprecision(1);
 }
 
 }  // namespace
@@ -92,9 +103,9 @@ int main(int argc, char** argv) {
     if (proposal_name == "algorithm_1") options.proposal = proposal::algorithm_1;
     if (inlier_threshold > 0) options.inlier_threshold = inlier_threshold;
     support::atomic_file csv(csv_file);
-    csv.stream() << "trees,noise,common,pairs,best_right,registered_right,registered_wrong\n";
-    std::cout << "| trees | noise [m] | 0-3 common | 4-5 | 6-9 | 10-14 | 15 and more | mean [ms] |\n"
-                 "|---|---|---|---|---|---|---|---|\n"
+    csv.stream() << "trees,noise,limit,common,pairs,best_right,registered_right,registered_wrong\n";
+    std::cout << "| trees | noise [m] | limit | 0-3 common | 4-5 | 6-9 | 10-14 | 15 and more | mean [ms] |\n"
+                 "|---|---|---|---|---|---|---|---|---|\n"
               << std::fixed << std::setprecision(1);
     for (const std::size_t count : trees)
       for (const double noise : noises) {
@@ -111,12 +122,15 @@ int main(int argc, char** argv) {
           seconds += clock.seconds();
           by_common[pair.common].add(decide_pair(result, pair.maps, noise));
         }
-        std::cout << "| " << count << " | " << std::setprecision(2) << noise << std::setprecision(1);
-        print_bins(std::cout, by_common);
-        std::cout << " | " << 1000 * seconds / double(windows) << " |\n" << std::flush;
-        for (const auto& [common, t] : by_common)
-          csv.stream() << count << ',' << noise << ',' << common << ',' << t.pairs << ',' << t.best_right
-                       << ',' << t.right << ',' << t.wrong << '\n';
+        for (std::size_t limit = 0; limit < std::size(limits); ++limit) {
+          std::cout << "| " << count << " | " << std::setprecision(2) << noise;
+          print_limit(std::cout, limits[limit]);
+          print_bins(std::cout, by_common, limit);
+          std::cout << " | " << 1000 * seconds / double(windows) << " |\n" << std::flush;
+          for (const auto& [common, t] : by_common)
+            csv.stream() << count << ',' << noise << ',' << limits[limit] << ',' << common << ',' << t.pairs
+                         << ',' << t.best_right << ',' << t.right[limit] << ',' << t.wrong[limit] << '\n';
+        }
       }
     csv.commit();
     return support::done;

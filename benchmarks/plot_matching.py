@@ -60,8 +60,11 @@ def plot_success(arguments):
 
 def plot_curve(arguments):
     min_pairs = 20  # pairs behind a point of the curve
+    default_limit = 1e-3  # on the number of false alarms
     counts = defaultdict(lambda: [0, 0])
     for name, row in rows_of(arguments.files):
+        if float(row.get("limit", default_limit)) != default_limit:
+            continue
         count = counts[name, row["trees"], float(row["noise"]), int(row["common"])]
         count[0] += int(row["pairs"])
         count[1] += int(row["registered_right"])
