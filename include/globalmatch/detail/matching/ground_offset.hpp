@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -65,31 +64,29 @@ class ground_planes {
   position_index index_;
 };
 
-/// Median vertical offset [m] of each block of 4 m that both see, at every `step`-th point of the source.
+/// Median vertical offset [m] of each block of 4 m that both see, at some of its source points, evenly
+/// picked.
 inline std::vector<double> offsets_of_blocks(const ground_planes& source, const ground_planes& target,
-                                             std::size_t min_neighbors, std::size_t step) {
-  constexpr double block_width = 4, max_offset = 15;  // [m]
-  constexpr std::size_t min_offsets = 8;              // of a block
-  std::vector<keyed> by_block;
-  std::vector<double> offsets;
+                                             std::size_t min_neighbors) {
+  constexpr double block_width = 4, max_offset = 15;           // [m]
+  constexpr std::size_t min_offsets = 8, enough_places = 100;  // of a block
   const auto number = [&](double v) { return std::uint32_t(std::int32_t(std::floor(v / block_width))); };
-  for (std::size_t i = 0; i < source.points().size(); i += step) {
-    if (i / step % 1024 == 0) poll_cancelled();
-    const vec3& p = source.points()[i];
-    const auto to = target.height_at(p.x, p.y, min_neighbors);
-    if (!to || std::abs(*to - p.z) > max_offset) continue;
-    const auto from = source.height_at(p.x, p.y, min_neighbors);
-    if (!from) continue;
-    by_block.push_back({key_of(number(p.x), number(p.y)), offsets.size()});
-    offsets.push_back(*to - *from);
-  }
+  std::vector<keyed> by_block;
+  for (std::size_t i = 0; i < source.points().size(); ++i)
+    by_block.push_back({key_of(number(source.points()[i].x), number(source.points()[i].y)), i});
   sort_keyed(by_block);
-  std::vector<double> medians, block;
-  for (std::size_t i = 0; i < by_block.size(); ++i) {
-    block.push_back(offsets[by_block[i].value]);
-    if (i + 1 < by_block.size() && by_block[i + 1].key == by_block[i].key) continue;
-    if (block.size() >= min_offsets) medians.push_back(median(block));
-    block.clear();
+  std::vector<double> medians, offsets;
+  for (std::size_t first = 0, last = 0; first < by_block.size(); first = last) {
+    poll_cancelled();
+    while (last < by_block.size() && by_block[last].key == by_block[first].key) ++last;
+    offsets.clear();
+    for (std::size_t i = first; i < last; i += 1 + (last - first - 1) / enough_places) {
+      const vec3& p = source.points()[by_block[i].value];
+      const auto to = target.height_at(p.x, p.y, min_neighbors);
+      if (!to || std::abs(*to - p.z) > max_offset) continue;
+      if (const auto from = source.height_at(p.x, p.y, min_neighbors)) offsets.push_back(*to - *from);
+    }
+    if (offsets.size() >= min_offsets) medians.push_back(median(offsets));
   }
   return medians;
 }
@@ -127,16 +124,13 @@ inline std::optional<ground_offset> mode_of_offsets(std::vector<double> blocks) 
 }
 
 /// The vertical offset of the ground that both scans see, from points in one levelled frame. First where
-/// ground lies densely, then also where it is sparser; nothing where too little of it is seen by both. No
-/// more than `max_places` of the source's points are compared, evenly picked. Cost: linear in the points.
-inline std::optional<ground_offset> find_ground_offset(
-    std::vector<vec3> source, std::vector<vec3> target,
-    std::size_t max_places = std::numeric_limits<std::size_t>::max()) {
+/// ground lies densely, then also where it is sparser; nothing where too little of it is seen by both. Cost:
+/// linear in the points.
+inline std::optional<ground_offset> find_ground_offset(std::vector<vec3> source, std::vector<vec3> target) {
   if (source.empty() || target.empty()) return std::nullopt;
-  const std::size_t step = 1 + (source.size() - 1) / max_places;
   const ground_planes from(std::move(source)), to(std::move(target));
   for (const std::size_t min_neighbors : {12u, 8u})
-    if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors, step))) return found;
+    if (const auto found = mode_of_offsets(offsets_of_blocks(from, to, min_neighbors))) return found;
   return std::nullopt;
 }
 

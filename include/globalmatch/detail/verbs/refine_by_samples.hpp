@@ -4,7 +4,6 @@
 #include <Eigen/Geometry>
 
 #include <cstddef>
-#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -62,13 +61,11 @@ inline std::string why_without_ground(const stem_map& source, const stem_map& ta
   return "";
 }
 
-/// How far apart the ground is that both maps see under a transform. `max_places`: how many of the source's
-/// ground points are compared, evenly picked.
-inline std::optional<ground_offset> offset_of_ground(
-    const stem_map& source, const stem_map& target, const Eigen::Isometry3d& target_from_source,
-    std::size_t max_places = std::numeric_limits<std::size_t>::max()) {
+/// How far apart the ground is that both maps see under a transform.
+inline std::optional<ground_offset> offset_of_ground(const stem_map& source, const stem_map& target,
+                                                     const Eigen::Isometry3d& target_from_source) {
   return find_ground_offset(sure_ground(source, between_levelled(source, target, target_from_source)),
-                            sure_ground(target, {}), max_places);
+                            sure_ground(target, {}));
 }
 
 /// Samples of a map in its levelled frame.

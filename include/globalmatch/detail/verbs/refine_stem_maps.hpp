@@ -24,11 +24,9 @@ namespace globalmatch::detail {
 
 /// Moves the pair to the height at which the ground that both maps see coincides, if they see enough.
 inline void refine_height(const stem_map& source, const stem_map& target, refined_pair& pair) {
-  constexpr std::size_t max_places =
-      5000;  // a tenth of the ground points gives the median to a fifth of 1 mm
   pair.reason = why_without_ground(source, target);
   if (!pair.reason.empty()) return;
-  const auto found = offset_of_ground(source, target, pair.target_from_source, max_places);
+  const auto found = offset_of_ground(source, target, pair.target_from_source);
   if (!found) {
     pair.reason = "too little ground is seen by both scans";
     return;
