@@ -19,6 +19,7 @@
 #include <iostream>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -32,9 +33,12 @@ namespace {
 
 constexpr double limits[] = {1e-3, 1e-4, 1e-5, 1e-6};
 
-unrelated of_rows(random_source& random, std::size_t max_stems, const relief& a, const relief& b) {
-  const double jitter = uniform(random, 0.05, 0.2);
-  const auto stems = std::size_t(std::round(20 * std::pow(double(max_stems) / 20, random.uniform())));
+/// As many maps in each octave of stems.
+unrelated of_rows(random_source& random, std::size_t min_stems, std::size_t max_stems, const relief& a,
+                  const relief& b) {
+  const double jitter = uniform(random, 0.05, 0.2), octaves = random.uniform();
+  const auto stems =
+      std::size_t(std::round(double(min_stems) * std::pow(double(max_stems) / double(min_stems), octaves)));
   const view_options noisy{.noise = any_of<double>({0.02, 0.1}, random)};
   return {overlapping_maps("rows", stems, 1, noisy, random, {.jitter = jitter, .ground = a}).source,
           overlapping_maps("rows", stems, 1, noisy, random, {.jitter = jitter, .ground = b}).target};
@@ -62,9 +66,11 @@ void round_polar(positions& stems, double angle, double step) {
   round_to(stems, 0.01);
 }
 
-void list_twice(positions& stems, double apart, random_source& random) {
+void list_twice(positions& stems, std::vector<double>& radii, double apart, random_source& random) {
   const std::size_t size = stems.size();
   for (std::size_t i = 0; i < size; ++i) stems.push_back(stems[i] + gaussian(random, apart));
+  const std::vector<double> once = radii;
+  radii.insert(radii.end(), once.begin(), once.end());
 }
 
 struct kind {
@@ -77,9 +83,11 @@ std::vector<kind> kinds_of(const window_source& windows, std::size_t max_stems) 
       {"windows", [&windows](random_source& random) { return windows.pair(random); }},
       {"rows",
        [=](random_source& random) {
-         return of_rows(random, max_stems, any_ground(random), any_ground(random));
+         return of_rows(random, 20, max_stems, any_ground(random), any_ground(random));
        }},
-      {"rows on equal ground", [=](random_source& random) { return of_rows(random, max_stems, {}, {}); }},
+      {"few in rows",
+       [](random_source& random) { return of_rows(random, 4, 20, any_ground(random), any_ground(random)); }},
+      {"rows on equal ground", [=](random_source& random) { return of_rows(random, 20, max_stems, {}, {}); }},
       {"rounded",
        [&windows](random_source& random) {
          unrelated pair = windows.pair(random);
@@ -110,8 +118,8 @@ std::vector<kind> kinds_of(const window_source& windows, std::size_t max_stems) 
        [&windows](random_source& random) {
          unrelated pair = windows.pair(random);
          const double apart = any_of<double>({0, 0.05}, random);
-         list_twice(pair.source, apart, random);
-         list_twice(pair.target, apart, random);
+         list_twice(pair.source, pair.source_radii, apart, random);
+         list_twice(pair.target, pair.target_radii, apart, random);
          return pair;
        }},
   };
@@ -149,17 +157,19 @@ int main(int argc, char** argv) {
   std::vector<std::string> chosen;
   std::size_t pairs = 2000, max_stems = 300;
   std::uint64_t seed = 1;
+  std::optional<double> radius_noise;
   std::filesystem::path csv_file = "false_registrations.csv";
   app.add_option("MAP", files, "stem maps (CSV) that windows are cut from")->required();
   app.add_option("--kinds", chosen, "of pairs; all if not given")->delimiter(',');
   app.add_option("--pairs", pairs, "of each kind")->capture_default_str();
   app.add_option("--max-stems", max_stems, "of a map")->capture_default_str();
+  app.add_option("--radius-noise", radius_noise, "of radii of trees [m]; if not given they are not measured");
   app.add_option("--seed", seed, "of all that is random")->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each pair")->capture_default_str();
 
   return support::run_program(app, argc, argv, [&] {
     const std::vector<positions> maps = read_maps(files);
-    const window_source windows(maps, max_stems);
+    const window_source windows(maps, max_stems, read_radii(files), radius_noise);
     support::atomic_file csv(csv_file);
     csv.stream() << "kind,pair,source,target,outcome,log10_nfa,pairs,inlier_threshold,probability,seconds\n";
     std::cout << "| unrelated maps | pairs | registered at 1e-3 | 1e-4 | 1e-5 | 1e-6 | ambiguous | smallest "
@@ -171,7 +181,7 @@ int main(int argc, char** argv) {
       for (std::size_t i = 0; i < pairs; ++i) {
         const unrelated pair = k.next(random);
         const support::stage_clock clock;
-        const matching result = match_stems(pair.source, pair.target);
+        const matching result = match_measured(pair);
         const double seconds = clock.seconds();
         of_kind.seconds += seconds;
         of_kind.add(result);

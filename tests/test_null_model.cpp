@@ -49,10 +49,10 @@ TEST_CASE("the inlier probability is that of the target, or of rows that are kno
   null_model null(maps, thresholds);
   for (const double inlier_threshold : {0.05, 0.1, 0.2})
     CHECK(null.inlier_probability(inlier_threshold) == of_target.inlier_probability(inlier_threshold));
-  null.include_lattice_of(of_rows);
+  null.include_lattice_of(of_rows, {});
   for (const double inlier_threshold : thresholds)
     CHECK(null.inlier_probability(inlier_threshold) == of_rows.lattice_inlier_probability(inlier_threshold));
-  null.include_lattice_of(of_target);
+  null.include_lattice_of(of_target, {});
   CHECK(null.inlier_probability(0.2) == of_rows.lattice_inlier_probability(0.2));
 }
 

@@ -14,6 +14,7 @@
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/background_density.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
+#include "globalmatch/detail/matching/lattice_of_few.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
 
 namespace globalmatch::detail {
@@ -64,13 +65,15 @@ class null_model {
     reversed_ = std::make_unique<null_model>(*reversed_maps_, std::move(of_source), thresholds);
   }
 
-  /// From now on chance is at least as good as it is along the lattice of these stems.
-  void include_lattice_of(const background_density& plantation) {
+  /// From now on chance is at least as good as it is along the lattice of these stems, and of few others.
+  void include_lattice_of(const background_density& plantation, const lattice_of_few& few) {
     if (is_lattice_left_out_) return;
-    if (reversed_) reversed_->include_lattice_of(plantation);
+    if (reversed_) reversed_->include_lattice_of(plantation, few);
     const auto include = [&](probabilities& known) {
-      known.inlier_probability = std::max(
-          known.inlier_probability, plantation.lattice_inlier_probability(known.inlier_threshold + step_));
+      const double wider = known.inlier_threshold + step_;
+      known.inlier_probability =
+          std::max({known.inlier_probability, plantation.lattice_inlier_probability(wider),
+                    few.inlier_probability(wider)});
     };
     include(least_);
     for (probabilities& known : known_) include(known);

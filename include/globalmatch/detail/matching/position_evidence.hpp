@@ -48,6 +48,18 @@ inline background_density paired_background(const local_hypothesis& h, const mat
   return background_density(paired, std::make_shared<position_index>(paired));
 }
 
+/// The lattice of the stems of both maps together under a hypothesis, where these are few: two plantations
+/// that have nothing in common but their spacing are one lattice then.
+inline lattice_of_few lattice_of_both(const local_hypothesis& h, const matching_context& context) {
+  position_set both;
+  both.at = context.target.at;
+  std::vector<bool> is_paired(context.source.size());
+  for (const correspondence& c : h.correspondences) is_paired[c.source] = true;
+  for (stem_index s = 0; s < context.source.size(); ++s)
+    if (!is_paired[s]) both.at.push_back(h.target_from_source * context.source.at[s]);
+  return find_lattice_of_few(both);
+}
+
 /// Refers to all that it is made of.
 class position_evidence {
   using thresholds = std::span<const double>;
@@ -95,9 +107,9 @@ class position_evidence {
   /// As `null_model::leave_out_lattice`.
   void leave_out_lattice() { null_model_.leave_out_lattice(); }
 
-  /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs.
+  /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs, or of few.
   void include_lattice_of(const local_hypothesis& h) {
-    null_model_.include_lattice_of(paired_background(h, context_));
+    null_model_.include_lattice_of(paired_background(h, context_), lattice_of_both(h, context_));
   }
 
  private:

@@ -68,7 +68,7 @@ inline std::optional<local_hypothesis> score_candidate(const overlap_candidate& 
   null.include_reversed(source.background);
   score_hypothesis(*h, context, null, pairing_thresholds);
   if (h->log10_nfa_poisson > max_log10_nfa) return std::nullopt;
-  null.include_lattice_of(paired_background(*h, context));
+  null.include_lattice_of(paired_background(*h, context), lattice_of_both(*h, context));
   null.score(*h, null.residuals_under(h->target_from_source, h->inlier_threshold));
   if (h->log10_nfa > sufficient && target.background->has_lattice() && tries.left > 0) {
     --tries.left;
