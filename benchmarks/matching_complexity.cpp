@@ -1,5 +1,6 @@
 // How time, memory and success of matching depend on the stems: their number, the overlap, false stems, noise
-// and layout. Ours, the exact path, and the baselines, each up to the size that it can bear.
+// and layout. Ours, the exact path, and the baselines, each up to the size that takes it longer than is
+// allowed.
 #include <globalmatch/detail/core/position_index.hpp>
 #include <globalmatch/detail/core/statistics.hpp>
 #include <globalmatch/detail/matching/triangle_index.hpp>
@@ -7,6 +8,7 @@
 
 #include "growth.hpp"
 #include "matchers.hpp"
+#include "peak_memory.hpp"
 #include "stem_layouts.hpp"
 #include "support/atomic_file.hpp"
 #include "support/programs/command_line.hpp"
@@ -15,6 +17,7 @@
 #include <cmath>
 #include <iomanip>
 #include <iostream>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,6 +49,7 @@ struct summary {
   double peak_memory = 0;               // [MB] of the worst
   matching_funnel funnel;               // of the last one
   std::size_t right = 0, wrong = 0, refused = 0;
+  bool stopped = false;  // one of them, by the limits
 
   void add(const match_run& run, const two_maps& maps, double noise) {
     seconds.push_back(run.seconds);
@@ -85,6 +89,13 @@ void print(std::string_view matcher, const setting& s, summary& all) {
   std::cout << " |\n" << std::flush;
 }
 
+void print_stopped(std::string_view matcher, const setting& s, const run_limits& limits) {
+  std::cout << "| " << matcher << " | " << s.layout << " | " << s.stems << " | " << s.overlap << " | "
+            << s.view.false_stems << " | " << s.view.noise << " | more than " << std::setprecision(3)
+            << 1000 * limits.seconds << ", or " << limits.memory / 1e9 << " GB | | | | | | |\n"
+            << std::flush;
+}
+
 /// [GM] Eqs. (2) and (3): triangles that all triplets give, and each stem with its K nearest, beside those
 /// that are distinct and those of the index.
 void print_triangle_counts(const std::vector<std::string>& layouts, const std::vector<std::size_t>& sizes,
@@ -121,15 +132,17 @@ positions cut_plot(positions forest, std::size_t stems, random_source& random) {
 }
 
 /// The same maps for every matcher.
-summary measure(const matcher& by, const setting& s, std::size_t repetitions, int threads,
+summary measure(const matcher& by, const setting& s, std::size_t repetitions, const run_limits& limits,
                 std::ostream& csv) {
   summary all;
   random_source random(s.stems);
   for (std::size_t r = 0; r < repetitions; ++r) {
     const two_maps maps = overlapping_maps(s.layout, s.stems, s.overlap, s.view, random);
     reset_peak_memory();
-    match_run run = by.run(maps, threads);
+    match_run run = by.run(maps, limits);
     run.peak_memory = peak_memory();
+    all.stopped = run.stopped;
+    if (run.stopped) break;
     all.add(run, maps, s.view.noise);
     write_run(csv, by.name, s, r, run, maps);
   }
@@ -137,25 +150,34 @@ summary measure(const matcher& by, const setting& s, std::size_t repetitions, in
 }
 
 /// Plots of so many stems, each matched against one prepared map.
-summary measure_prepared(std::size_t plot_stems, const setting& s, std::size_t repetitions, int threads,
-                         std::ostream& csv) {
+summary measure_prepared(std::size_t plot_stems, const setting& s, std::size_t repetitions,
+                         const run_limits& limits, std::ostream& csv) {
   summary all;
   random_source random(s.stems);
   const two_maps forest = overlapping_maps(s.layout, s.stems, 1, s.view, random);
   const prepared_map prepared =
-      prepare_map(forest.target, {}, Eigen::Vector3d::UnitZ(), {.threads = threads});
+      prepare_map(forest.target, {}, Eigen::Vector3d::UnitZ(), {.threads = limits.threads});
   for (std::size_t r = 0; r < repetitions; ++r) {
     two_maps maps;
     maps.source = cut_plot(forest.source, plot_stems, random);
     maps.target = forest.target;
     maps.target_from_source = forest.target_from_source;
     reset_peak_memory();
-    match_run run = run_match_stems(maps.source, prepared, {}, threads);
+    match_run run = run_match_stems(maps.source, prepared, {}, limits);
     run.peak_memory = peak_memory();
+    all.stopped = run.stopped;
+    if (run.stopped) break;
     all.add(run, maps, s.view.noise);
     write_run(csv, "prepared", s, r, run, maps);
   }
   return all;
+}
+
+/// Names of all matchers, in their order.
+std::vector<std::string> matcher_names() {
+  std::vector<std::string> names;
+  for (const matcher& by : all_matchers()) names.emplace_back(by.name);
+  return names;
 }
 
 bool is_among(const std::vector<std::string>& names, std::string_view name) {
@@ -172,28 +194,32 @@ int main(int argc, char** argv) {
   std::vector<double> overlaps = {0.5}, false_shares = {0.1}, noises = {0.01};
   std::size_t repetitions = 5, prepared_plot = 0;
   bool triangle_counts = false;
-  int threads = 0;
+  run_limits limits{.seconds = 60};
+  std::optional<double> radius_noise;
   std::filesystem::path csv_file = "matching_complexity.csv";
   const auto list = [&](const char* name, auto& values, const char* help) {
     return app.add_option(name, values, help)->delimiter(',')->capture_default_str();
   };
-  list("--matchers", matchers, "index, algorithm_1, literal_algorithm_1, triplets")
-      ->check(CLI::IsMember({"index", "algorithm_1", "literal_algorithm_1", "triplets"}));
+  list("--matchers", matchers, "ways to match")->check(CLI::IsMember(matcher_names()));
   list("--layouts", layouts, "random, rows, clumped")->check(CLI::IsMember({"random", "rows", "clumped"}));
   list("--sizes", sizes, "stems in each map");
   list("--overlap", overlaps, "share of the area that both maps show");
   list("--false-stems", false_shares, "added to each map, as a share of its stems");
   list("--noise", noises, "of coordinates [m]");
+  app.add_option("--radius-noise", radius_noise, "of radii [m]; not given: radii are not measured");
   app.add_option("--repetitions", repetitions, "random pairs of maps of each kind")->capture_default_str();
   app.add_option("--prepared", prepared_plot,
                  "match plots of so many stems against a prepared map, and time that alone");
   app.add_flag("--triangle-counts", triangle_counts, "only print the number of triangles");
-  app.add_option("--threads", threads, "number of threads; 0: all")->capture_default_str();
+  app.add_option("--time-limit", limits.seconds,
+                 "seconds; a matcher that takes longer is stopped, and not tried at larger sizes")
+      ->capture_default_str();
+  app.add_option("--threads", limits.threads, "number of threads; 0: all")->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each pair of maps")->capture_default_str();
 
   return support::run_program(app, argc, argv, [&] {
     if (triangle_counts) {
-      print_triangle_counts(layouts, sizes, threads);
+      print_triangle_counts(layouts, sizes, limits.threads);
       return support::done;
     }
     support::atomic_file csv(csv_file);
@@ -214,11 +240,17 @@ int main(int argc, char** argv) {
             for (const double noise : noises) {
               std::vector<std::pair<double, double>> times, memories;
               for (const std::size_t stems : sizes) {
-                if (stems > by.max_stems) continue;
-                const setting s{layout, stems, overlap, {.noise = noise, .false_stems = false_stems}};
+                const setting s{layout,
+                                stems,
+                                overlap,
+                                {.noise = noise, .false_stems = false_stems, .radius_noise = radius_noise}};
                 summary all = prepared_plot > 0
-                                  ? measure_prepared(prepared_plot, s, repetitions, threads, csv.stream())
-                                  : measure(by, s, repetitions, threads, csv.stream());
+                                  ? measure_prepared(prepared_plot, s, repetitions, limits, csv.stream())
+                                  : measure(by, s, repetitions, limits, csv.stream());
+                if (all.stopped) {
+                  print_stopped(name, s, limits);
+                  break;
+                }
                 print(name, s, all);
                 times.push_back({double(stems), median(all.seconds)});
                 memories.push_back({double(stems), all.peak_memory});

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/local_matching.hpp"
 #include "globalmatch/positions.hpp"
@@ -35,27 +36,39 @@ inline double global_dissimilarity(const position_set& source, const position_se
 }
 
 /// The consensus set that grows from each pair, lines 2 to 9: indices into `pairs`, the seed first.
-inline std::vector<std::vector<std::size_t>> consensus_sets(const position_set& source,
-                                                            const position_set& target,
-                                                            std::span<const triangle_pair> pairs,
-                                                            bool horizontal, double epsilon) {
+/// `agree(u1, u2)` is the test of line 5.
+template <class Agree>
+std::vector<std::vector<std::size_t>> consensus_sets(std::span<const triangle_pair> pairs,
+                                                     const Agree& agree) {
   std::vector<std::vector<std::size_t>> sets(pairs.size());
   for (std::size_t i = 0; i < pairs.size(); ++i) {
+    poll_cancelled();
     sets[i].push_back(i);
-    for (std::size_t j = 0; j < pairs.size(); ++j) {
-      if (i == j) continue;
-      if (global_dissimilarity(source, target, pairs[i], pairs[j], horizontal) < epsilon)
-        sets[i].push_back(j);
-    }
+    for (std::size_t j = 0; j < pairs.size(); ++j)
+      if (i != j && agree(pairs[i], pairs[j])) sets[i].push_back(j);
   }
   return sets;
 }
 
+/// The test of line 5 by D_global.
+inline auto globally_consistent(const position_set& source, const position_set& target, bool horizontal,
+                                double epsilon) {
+  return [&source, &target, horizontal, epsilon](const triangle_pair& u1, const triangle_pair& u2) {
+    return global_dissimilarity(source, target, u1, u2, horizontal) < epsilon;
+  };
+}
+
+inline std::vector<std::vector<std::size_t>> consensus_sets(const position_set& source,
+                                                            const position_set& target,
+                                                            std::span<const triangle_pair> pairs,
+                                                            bool horizontal, double epsilon) {
+  return consensus_sets(pairs, globally_consistent(source, target, horizontal, epsilon));
+}
+
 /// Lines 10 to 13: the corresponding vertices of the largest consensus set, each once, increasing.
-inline std::vector<correspondence> largest_consensus(const position_set& source, const position_set& target,
-                                                     std::span<const triangle_pair> pairs, bool horizontal,
-                                                     double epsilon) {
-  const auto sets = consensus_sets(source, target, pairs, horizontal, epsilon);
+template <class Agree>
+std::vector<correspondence> largest_consensus(std::span<const triangle_pair> pairs, const Agree& agree) {
+  const auto sets = consensus_sets(pairs, agree);
   const auto largest = std::max_element(sets.begin(), sets.end(),
                                         [](const auto& a, const auto& b) { return a.size() < b.size(); });
   std::vector<correspondence> correspondences;
@@ -65,6 +78,12 @@ inline std::vector<correspondence> largest_consensus(const position_set& source,
   std::sort(correspondences.begin(), correspondences.end());
   correspondences.erase(std::unique(correspondences.begin(), correspondences.end()), correspondences.end());
   return correspondences;
+}
+
+inline std::vector<correspondence> largest_consensus(const position_set& source, const position_set& target,
+                                                     std::span<const triangle_pair> pairs, bool horizontal,
+                                                     double epsilon) {
+  return largest_consensus(pairs, globally_consistent(source, target, horizontal, epsilon));
 }
 
 /// Whether two pairs agree by their centroids alone, as in the urban method (Yang et al. 2016) that [GM]
