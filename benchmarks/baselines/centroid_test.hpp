@@ -7,11 +7,16 @@
 
 namespace globalmatch::benchmarks {
 
+/// The test of the urban method, in place of line 5.
+inline auto consistent_centroids(const position_set& source, const position_set& target, double epsilon) {
+  return [&source, &target, epsilon](const triangle_pair& u1, const triangle_pair& u2) {
+    return oracles::centroids_agree(source, target, u1, u2, epsilon);
+  };
+}
+
 inline match_run run_centroid_test(const two_maps& maps, const run_limits& limits, double inlier_threshold) {
   return run_consensus(maps, limits, inlier_threshold, [&](const auto& source, const auto& target) {
-    return [&](const triangle_pair& u1, const triangle_pair& u2) {
-      return oracles::centroids_agree(source, target, u1, u2, inlier_threshold);
-    };
+    return consistent_centroids(source, target, inlier_threshold);
   });
 }
 

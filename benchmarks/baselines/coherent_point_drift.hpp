@@ -32,17 +32,17 @@ struct drift_options {
 
 /// Where EM stands.
 struct drift_state {
-  rigid target_from_source;
+  rigid target_from_source = {};
   double variance = 0;  ///< sigma^2 [m^2]
   double negative_log_likelihood = std::numeric_limits<double>::infinity();
 };
 
 /// What the E-step sums for each source stem: with the posteriors P, P 1 and P X, and of all P |x - mean|^2.
 struct drift_posteriors {
-  std::vector<double> weights;
-  std::vector<vec3> sums;
+  std::vector<double> weights = {};
+  std::vector<vec3> sums = {};
   double squares = 0, negative_log_likelihood = 0;
-  std::vector<double> vertical_offsets;  ///< [m] of stems that correspond with a posterior above a half
+  std::vector<double> vertical_offsets = {};  ///< [m] of stems that correspond with a posterior above a half
 };
 
 inline drift_posteriors drift_expectation(const position_set& source, const position_set& target,

@@ -20,6 +20,7 @@
 #include <cmath>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace globalmatch::benchmarks {
@@ -28,6 +29,7 @@ struct congruent_set_options {
   double extent_share = 0.5;       ///< of the source map's extent, that a base is within
   double min_share = 0.3;          ///< of the source stems that is in both maps, at least
   double confidence = 0.99;        ///< that one of the bases is in both
+  std::size_t max_draws = 10000;   ///< of bases, as not all four stems make one
   double max_extrapolation = 0.5;  ///< of a line beyond its two points, to the intersection
 };
 
@@ -153,11 +155,13 @@ class congruent_sets {
     return (stems.at[i] - stems.at[j]).xy().norm();
   }
 
-  /// The largest distance [m] between source stems, but for a factor of at most 2.
+  /// The largest distance [m] between source stems.
   double extent() const {
     double largest = 0;
-    for (stem_index i = 1; i < maps_.source.size(); ++i)
-      largest = std::max(largest, distance(maps_.source, 0, i));
+    for (stem_index i = 0; i < maps_.source.size(); ++i) {
+      poll_cancelled();
+      for (stem_index j = 0; j < i; ++j) largest = std::max(largest, distance(maps_.source, i, j));
+    }
     return largest;
   }
 
@@ -190,10 +194,11 @@ inline scored_transform best_congruent_set(const stem_alignment& maps, matching_
   const congruent_sets sets(maps, options);
   random_source random(0);
   double share = options.min_share;
-  for (std::size_t bases = 0; double(bases) < bases_needed(share, options.confidence); ++bases) {
+  for (std::size_t draws = 0; draws < options.max_draws; ++draws) {
+    if (double(funnel.source_triangles) >= bases_needed(share, options.confidence)) break;
     const auto base = sets.draw_base(random);
     if (!base) continue;
-    ++funnel.source_triangles;
+    ++funnel.source_triangles;  // bases
     sets.for_each(*base, [&](const auto& pairs) {
       ++funnel.local_pairs;
       maps.keep_better(pairs, best);
