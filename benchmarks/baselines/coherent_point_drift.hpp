@@ -37,7 +37,7 @@ struct drift_state {
   double negative_log_likelihood = std::numeric_limits<double>::infinity();
 };
 
-/// What the E-step sums for each source stem: with the posteriors P, P 1 and P X, and of all P |x - mean|^2.
+/// What the E-step sums for each source stem: with the posteriors P, P 1 and P X, and of all P |x|^2.
 struct drift_posteriors {
   std::vector<double> weights = {};
   std::vector<vec3> sums = {};

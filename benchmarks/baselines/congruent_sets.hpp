@@ -126,9 +126,9 @@ class congruent_sets {
   template <class Visit>
   void for_each(const four_stems& base, const Visit& visit) const {
     const double threshold = maps_.inlier_threshold;
-    const auto& [a, b, c, d] = base.stems;
-    const auto ab = pairs_.of_length(distance(maps_.source, a, b), threshold);
-    const auto cd = pairs_.of_length(distance(maps_.source, c, d), threshold);
+    const auto& from = base.stems;
+    const auto ab = pairs_.of_length(distance(maps_.source, from[0], from[1]), threshold);
+    const auto cd = pairs_.of_length(distance(maps_.source, from[2], from[3]), threshold);
     const auto intersection = [&](const stem_pairs_by_length::pair& p, double ratio) {
       return between(maps_.target.at[p.first].xy(), maps_.target.at[p.second].xy(), ratio);
     };
@@ -143,9 +143,10 @@ class congruent_sets {
       const vec2 at = intersection(other, base.r2);
       intersections.for_each_near({at.x, at.y}, error, [&](const grid::item& i) {
         const auto& one = ab[i.label];
-        const std::array<stem_index, 4> like = {one.first, one.second, other.first, other.second};
-        if (is_congruent(base.stems, like))
-          visit(std::array<correspondence, 4>{{{a, like[0]}, {b, like[1]}, {c, like[2]}, {d, like[3]}}});
+        const std::array<stem_index, 4> to = {one.first, one.second, other.first, other.second};
+        if (is_congruent(from, to))
+          visit(std::array<correspondence, 4>{
+              {{from[0], to[0]}, {from[1], to[1]}, {from[2], to[2]}, {from[3], to[3]}}});
       });
     }
   }
