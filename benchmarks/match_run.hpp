@@ -41,14 +41,13 @@ match_run run_within(const run_limits& limits, double memory, const Match& match
   exec.on_progress = [&clock, &limits, listen = exec.on_progress](const progress& p) {
     return listen(p) && clock.seconds() < limits.seconds;
   };
-  match_run run;
-  run.stopped = memory > limits.memory;
-  if (!run.stopped) try {
-      const parallel_scope scope(exec, "matching");
-      run = match(exec);
-    } catch (const operation_cancelled&) {
-      run.stopped = true;
-    }
+  match_run run{.stopped = memory > limits.memory};
+  try {
+    const parallel_scope scope(exec, "matching");
+    if (!run.stopped) run = match(exec);
+  } catch (const operation_cancelled&) {
+    run.stopped = true;
+  }
   run.seconds = clock.seconds();
   run.stages = clock.stages();
   return run;

@@ -91,8 +91,8 @@ void print(std::string_view matcher, const setting& s, summary& all) {
 
 void print_stopped(std::string_view matcher, const setting& s, const run_limits& limits) {
   std::cout << "| " << matcher << " | " << s.layout << " | " << s.stems << " | " << s.overlap << " | "
-            << s.view.false_stems << " | " << s.view.noise << " | more than " << std::setprecision(3)
-            << 1000 * limits.seconds << ", or " << limits.memory / 1e9 << " GB | | | | | | |\n"
+            << s.view.false_stems << " | " << s.view.noise << " | stopped at " << std::setprecision(3)
+            << limits.seconds << " s or " << limits.memory / 1e9 << " GB | | | | | | |\n"
             << std::flush;
 }
 
