@@ -24,8 +24,8 @@ match_run run_consensus(const two_maps& maps, const run_limits& limits, double i
     const stem_alignment both(maps, inlier_threshold);
     match_run run{.funnel = both.funnel()};
     report_progress(exec, "triangles", 0);
-    const auto source_triangles = build_triangles(both.source, false);
-    const auto target_triangles = build_triangles(both.target, false);
+    const auto source_triangles = build_triangles(both.source, false, {}, exec);
+    const auto target_triangles = build_triangles(both.target, false, {}, exec);
     const auto pairs = match_locally(source_triangles, target_triangles, inlier_threshold, exec);
     run.funnel.source_triangles = source_triangles.size();
     run.funnel.target_triangles = target_triangles.size();
