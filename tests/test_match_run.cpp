@@ -52,7 +52,7 @@ TEST_CASE("what a run throws besides passes through") {
 }
 
 TEST_CASE("every matcher registers a pair of equal maps, and none that is stopped has a transform") {
-  const two_maps maps = scenes::equal_maps(2, 30), large = scenes::small_maps(2, 600, 0.5);
+  const two_maps maps = scenes::equal_maps(2, 20), large = scenes::small_maps(2, 300, 0.5);
   for (const matcher& by : all_matchers()) {
     INFO(by.name);
     CHECK(scenes::is_right(by.run(maps, {}), maps));
