@@ -6,6 +6,7 @@
 #include <globalmatch/growing_survey.hpp>
 #include <globalmatch/survey.hpp>
 
+#include "cpu_seconds.hpp"
 #include "survey_layouts.hpp"
 
 #include <Eigen/Geometry>
@@ -13,16 +14,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <ctime>
 #include <iomanip>
 #include <ostream>
 #include <vector>
 
 namespace globalmatch::benchmarks {
-
-inline double cpu_seconds() {
-  return double(std::clock()) / CLOCKS_PER_SEC;
-}
 
 struct added_maps_score {
   std::vector<double> placed, adjusted;  ///< [CPU s] of each map that was added

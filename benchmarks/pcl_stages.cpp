@@ -8,12 +8,12 @@
 
 #include <pcl/console/print.h>
 #include <pcl/features/normal_3d_omp.h>
-#include <pcl/filters/voxel_grid.h>
 #include <pcl/point_types.h>
 #include <pcl/search/kdtree.h>
 #include <pcl/segmentation/extract_clusters.h>
 #include <pcl/segmentation/sac_segmentation.h>
 
+#include "pcl_clouds.hpp"
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
 #include "support/simulator/scenes.hpp"
@@ -33,7 +33,8 @@ using namespace globalmatch::detail;
 
 namespace {
 
-using cloud = pcl::PointCloud<pcl::PointXYZ>;
+using benchmarks::thinned_by_tiles;
+using cloud = benchmarks::pcl_cloud;
 using normals = pcl::PointCloud<pcl::Normal>;
 
 struct stage_times {
@@ -53,25 +54,10 @@ struct stage_times {
   }
 };
 
-/// One point a voxel, tile by tile: the numbers of PCL's voxels would overflow on a whole plot.
-cloud::Ptr thinned_by_tiles(const local_points& points, float voxel) {
-  constexpr float tile = 5;  // [m]
-  std::map<std::pair<int, int>, cloud::Ptr> tiles;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    cloud::Ptr& own = tiles[{int(points.x[i] / tile), int(points.y[i] / tile)}];
-    if (!own) own = pcl::make_shared<cloud>();
-    own->emplace_back(points.x[i], points.y[i], points.z[i]);
-  }
-  const auto thinned = pcl::make_shared<cloud>();
-  for (const auto& entry : tiles) {
-    cloud kept;
-    pcl::VoxelGrid<pcl::PointXYZ> grid;
-    grid.setInputCloud(entry.second);
-    grid.setLeafSize(voxel, voxel, voxel);
-    grid.filter(kept);
-    *thinned += kept;
-  }
-  return thinned;
+cloud cloud_of(const local_points& points) {
+  cloud all;
+  for (std::size_t i = 0; i < points.size(); ++i) all.emplace_back(points.x[i], points.y[i], points.z[i]);
+  return all;
 }
 
 /// Cylinders of the clusters, as PCL finds them; those that a stem's limits allow are counted.
@@ -106,7 +92,7 @@ stage_times stages_of_pcl(const local_points& understory, int threads) {
   const auto vertical = pcl::make_shared<cloud>();
   const auto around = pcl::make_shared<normals>(), of_vertical = pcl::make_shared<normals>();
   std::vector<pcl::PointIndices> clusters;
-  times.measure("voxels", [&] { thinned = thinned_by_tiles(understory, voxel); });
+  times.measure("voxels", [&] { thinned = thinned_by_tiles(cloud_of(understory), voxel); });
   times.measure("verticality", [&] {
     pcl::NormalEstimationOMP<pcl::PointXYZ, pcl::Normal> estimate(
         static_cast<unsigned>(std::max(threads, 0)));
