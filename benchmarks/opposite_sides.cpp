@@ -67,8 +67,13 @@ struct signed_errors {
     across.push_back(off.head<2>().dot(Eigen::Vector2d(-line.y(), line.x())));
   }
 
+  /// Mean and its standard error.
   static void print(std::ostream& out, const std::vector<double>& errors) {
     const double n = double(errors.size());
+    if (errors.size() < 2) {
+      out << "-";
+      return;
+    }
     double mean = 0, squares = 0;
     for (const double e : errors) mean += e / n;
     for (const double e : errors) squares += (e - mean) * (e - mean);
@@ -89,9 +94,10 @@ std::vector<mapped_station> map_scene(const std::string& name, std::uint64_t see
   return stations;
 }
 
+/// The transforms of ICP count also where `register_maps` would not take them.
 struct pair_errors {
   signed_errors coarse, refined;
-  std::size_t not_refined = 0;
+  std::size_t pairs = 0, refused = 0, unconverged = 0;
 
   void add(const mapped_station& source, const mapped_station& target, double min_angle,
            const registration_options& options, const execution& exec) {
@@ -99,18 +105,21 @@ struct pair_errors {
     const registration result =
         register_maps(with_stems_between(source.map, truth.inverse().translation(), min_angle),
                       with_stems_between(target.map, truth.translation(), min_angle), options, exec);
-    if (!result.refined) {
-      ++not_refined;
+    ++pairs;
+    if (!result.icp || !result.icp->converged) {
+      ++unconverged;
       return;
     }
+    refused += !result.refined;
     coarse.add(*result.matching.target_from_source, source, target);
-    refined.add(*result.target_from_source, source, target);
+    refined.add(result.icp->target_from_source, source, target);
   }
 };
 
 void print_row(const std::string& scene, double degrees, const pair_errors& errors) {
   std::cout << "| `" << scene << "` | " << std::fixed << std::setprecision(0) << degrees << " | "
-            << errors.refined.along.size() << ", " << errors.not_refined << " | " << std::setprecision(2);
+            << errors.pairs << ", " << errors.unconverged << ", " << errors.refused << " | "
+            << std::setprecision(2);
   signed_errors::print(std::cout, errors.coarse.along);
   for (const auto* of : {&errors.refined.along, &errors.refined.across}) {
     std::cout << " | ";
@@ -142,9 +151,9 @@ int main(int argc, char** argv) {
   return support::run_program(app, argc, argv, [&] {
     const execution exec{.threads = shared.threads};
     const registration_options options{.icp = shared.for_icp()};
-    std::cout
-        << "| scene | stems that see the scanners at [deg] or more | pairs, not refined | coarse, along "
-           "[mm] | after ICP, along | across |\n|---|---|---|---|---|---|\n";
+    std::cout << "| scene | stems that see the scanners at [deg] or more | pairs, not converged, refused | "
+                 "coarse, along "
+                 "[mm] | after ICP, along | across |\n|---|---|---|---|---|---|\n";
     for (const std::string& name : names) {
       std::vector<pair_errors> errors(angles.size());
       for (const std::uint64_t seed : seeds) {
