@@ -1,107 +1,54 @@
 // Registers each scan of the simulated scenes with every earlier one, and compares everything with the truth:
 // stem maps by precision and recall, pairs by right, wrong and refused, transforms by e_p, e_R and e_t.
 #include <globalmatch/detail/core/statistics.hpp>
-#include <globalmatch/evaluation.hpp>
 #include <globalmatch/registration.hpp>
 
+#include "evaluated_pairs.hpp"
+#include "evaluated_scans.hpp"
 #include "normalised_errors.hpp"
 #include "support/atomic_file.hpp"
 #include "support/programs/command_line.hpp"
-#include "support/programs/reports.hpp"
 #include "support/simulator/scenes.hpp"
 
-#include <algorithm>
 #include <iomanip>
 #include <iostream>
-#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
 using namespace globalmatch;
-using benchmarks::normalised_errors;
+using namespace globalmatch::benchmarks;
 using namespace globalmatch::detail;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
 namespace {
 
-constexpr std::uint32_t min_returns = 10, required_returns = 400;  // of a true find; of a stem to be found
-
-/// What is kept of a scan once its points are gone.
-struct mapped_scan {
-  stem_map map;
-  double seconds = 0;  // of mapping
+/// A station's scan, and its score.
+struct mapped_station {
+  evaluated_scan scan;
   map_score score;
-  std::vector<Vector3d> sample;  // of the scan, for e_p
-  Isometry3d plot_from_scan;
 };
 
-mapped_scan map_scan(support::simulation& plot, std::size_t i, bool weighted, const execution& exec) {
-  constexpr std::size_t every = 50;  // point of the scan goes into the sample
+mapped_station map_station(support::simulation& plot, std::size_t i, bool weighted, const execution& exec) {
   const auto scan = plot.scan(i, exec);
-  mapped_scan result;
-  result.plot_from_scan = plot.stations()[i].plot_from_scan;
-  for (std::size_t k = 0; k < scan.points.size(); k += every) result.sample.push_back(scan.points[k]);
-  const support::stage_clock clock;
-  result.map = map_stems(scan.points, {}, Vector3d::UnitZ(), exec);
-  result.seconds = clock.seconds();
+  mapped_station result;
+  result.scan = map_scan(scan.points, plot.stations()[i].plot_from_scan, {}, Vector3d::UnitZ(), exec);
   if (!weighted)
-    for (stem& s : result.map.stems) s.position_sigma = 0;  // not known
-
-  std::vector<Vector3d> found, truth;
-  std::vector<std::uint32_t> returns;
-  for (const stem& s : result.map.stems) found.push_back(result.plot_from_scan * s.position);
-  for (std::size_t s = 0; s < plot.plot().stems.size(); ++s)
-    if (scan.returns_per_stem[s] >= min_returns) {
-      truth.push_back(plot.plot().stems[s].position);
-      returns.push_back(scan.returns_per_stem[s]);
-    }
-  result.score = score_map(found, truth, 0.25, [&](std::size_t s) { return returns[s] >= required_returns; });
+    for (stem& s : result.scan.map.stems) s.position_sigma = 0;  // not known
+  true_stems truth{{}, scan.returns_per_stem};
+  for (const auto& s : plot.plot().stems) truth.positions.push_back(s.position);
+  result.score = score_stems(result.scan, truth);
   return result;
 }
 
-/// Two scans registered.
-struct registered_pair {
+/// Two scans of a scene.
+struct registered_pair : evaluated_pair {
   std::string scene;
   std::uint64_t seed = 0;
   std::size_t source = 0, target = 0;  // stations
   bool neighbors = false;  // one of them is the first station, or they are next to each other around it
-  globalmatch::outcome outcome = outcome::not_registered;
-  std::size_t matches = 0, source_stems = 0, target_stems = 0;
-  std::optional<registration_error> coarse, fine;  // of the best hypothesis; after ICP, where it ran
-  double matching_seconds = 0, icp_seconds = 0;
-
-  /// Of the transform that was returned.
-  const std::optional<registration_error>& returned() const { return fine ? fine : coarse; }
-  bool right() const { return outcome == outcome::registered && returned()->success(); }
-  bool wrong() const { return outcome == outcome::registered && !returned()->success(); }
 };
-
-registered_pair register_pair(const mapped_scan& source, const mapped_scan& target,
-                              const registration_options& options, int threads, normalised_errors& errors) {
-  const Isometry3d truth = target.plot_from_scan.inverse() * source.plot_from_scan;
-  const Vector3d up = target.plot_from_scan.linear().transpose().col(2);
-  const auto error = [&](const Isometry3d& transform) {
-    return evaluate_registration(transform, truth, source.sample, up);
-  };
-  support::stage_clock clock;
-  const registration result = register_maps(source.map, target.map, options, clock.listen(threads));
-  registered_pair pair;
-  const auto stages = clock.stages();
-  if (stages.contains("icp")) pair.icp_seconds = stages["icp"].get<double>();
-  pair.matching_seconds = clock.seconds() - pair.icp_seconds;
-  pair.outcome = result.outcome;
-  pair.matches = result.matching.funnel.correspondences;
-  pair.source_stems = source.map.stems.size();
-  pair.target_stems = target.map.stems.size();
-  if (!result.matching.hypotheses.empty())
-    pair.coarse = error(result.matching.hypotheses.front().target_from_source);
-  if (result.icp && result.icp->converged) pair.fine = error(*result.target_from_source);
-  if (const auto& matched = result.matching; matched.uncertainty && pair.coarse->success())
-    errors.add(*matched.target_from_source, truth, *matched.uncertainty, matched.vertical->is_known());
-  return pair;
-}
 
 /// All that was measured on a scene with some seeds.
 struct scene_result {
@@ -117,11 +64,12 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
   options.seed = seed;
   if (angular_step > 0) options.scanner.angular_step = angular_step;
   support::simulation plot(options);
-  std::vector<mapped_scan> scans;
+  std::vector<evaluated_scan> scans;
   for (std::size_t i = 0; i < plot.stations().size(); ++i) {
-    scans.push_back(map_scan(plot, i, weighted, exec));
-    result.scores.push_back(scans.back().score);
-    result.mapping_seconds.push_back(scans.back().seconds);
+    mapped_station station = map_station(plot, i, weighted, exec);
+    result.scores.push_back(station.score);
+    result.mapping_seconds.push_back(station.scan.seconds);
+    scans.push_back(std::move(station.scan));
   }
   const std::size_t around = scans.size() - 1;  // stations around the first
   for (std::size_t target = 0; target < scans.size(); ++target)
@@ -130,8 +78,10 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
       // robust that is.
       registration_options for_pair = registering;
       if (target != 0) for_pair.icp.metric = icp_metric::none;
-      registered_pair pair =
-          register_pair(scans[source], scans[target], for_pair, exec.threads, result.errors);
+      const Isometry3d scan_from_plot = scans[target].plot_from_scan.inverse();
+      registered_pair pair{
+          register_pair(scans[source], scans[target], scan_from_plot * scans[source].plot_from_scan,
+                        scan_from_plot.linear().col(2), for_pair, exec.threads, result.errors)};
       pair.scene = scene.name;
       pair.seed = seed;
       pair.source = source + 1;
@@ -142,41 +92,10 @@ void run_scene(const support::named_scene& scene, std::uint64_t seed, double ang
     }
 }
 
-constexpr const char* csv_head =
-    "scene,seed,source,target,neighbors,outcome,source_stems,target_stems,matches,matching_seconds,"
-    "icp_seconds,coarse_e_p,coarse_e_R,coarse_e_t,fine_e_p,fine_horizontal,fine_vertical,fine_e_R,fine_e_t\n";
-
-/// One line of the CSV; what there is not stays empty.
 void print_pair(std::ostream& out, const registered_pair& p) {
-  out << p.scene << ',' << p.seed << ',' << p.source << ',' << p.target << ',' << p.neighbors << ','
-      << to_string(p.outcome) << ',' << p.source_stems << ',' << p.target_stems << ',' << p.matches << ','
-      << p.matching_seconds << ',' << p.icp_seconds;
-  if (const auto& e = p.coarse)
-    out << ',' << e->pointwise << ',' << e->rotation << ',' << e->translation;
-  else
-    out << ",,,";
-  if (const auto& e = p.fine)
-    out << ',' << e->pointwise << ',' << e->horizontal << ',' << e->vertical << ',' << e->rotation << ','
-        << e->translation;
-  else
-    out << ",,,,,";
+  out << p.scene << ',' << p.seed << ',' << p.source << ',' << p.target << ',' << p.neighbors << ',';
+  write_fields(out, p);
   out << '\n';
-}
-
-/// Sums of finds, means of errors over the true finds of all maps.
-map_score sum_of(const std::vector<map_score>& scores) {
-  map_score sum;
-  for (const map_score& s : scores) {
-    sum.found += s.found;
-    sum.true_finds += s.true_finds;
-    sum.required += s.required;
-    sum.required_found += s.required_found;
-    sum.horizontal_error += s.horizontal_error * double(s.true_finds);
-    sum.height_error += s.height_error * double(s.true_finds);
-  }
-  for (double* mean : {&sum.horizontal_error, &sum.height_error})
-    if (sum.true_finds > 0) *mean /= double(sum.true_finds);
-  return sum;
 }
 
 constexpr const char* table_head =
@@ -239,7 +158,7 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     support::atomic_file csv(pairs_file);
-    csv.stream() << csv_head;
+    csv.stream() << "scene,seed,source,target,neighbors," << evaluated_pair_columns << '\n';
     std::string all_seeds;
     for (const std::uint64_t seed : seeds)
       all_seeds += (all_seeds.empty() ? "" : ", ") + std::to_string(seed);
