@@ -31,6 +31,7 @@ bool has_extension_of_scan(const std::filesystem::path& path) {
          extensions.end();
 }
 
+// Sorted; none where the folder has none.
 std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   std::error_code error;
@@ -41,11 +42,16 @@ std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& fo
       files.push_back(at->path());
   }
   if (error) throw file_error(folder, "cannot be listed (" + error.message() + ")", "Check its permissions");
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::filesystem::path> require_scan_files_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files = scan_files_in(folder);
   if (files.empty())
     throw file_error(
         folder, "holds no scans",
         "Those have the extensions .ply .pcd .las .laz .e57 .ptx .pts .xyz; name others by file");
-  std::sort(files.begin(), files.end());
   return files;
 }
 
@@ -156,10 +162,14 @@ std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem:
       scans.push_back(name);
       continue;
     }
-    for (const auto& file : is_folder ? scan_files_in(name) : std::vector{name})
+    for (const auto& file : is_folder ? require_scan_files_in(name) : std::vector{name})
       for (auto& scan : scans_in(file)) scans.push_back(std::move(scan));
   }
   return scans;
+}
+
+bool holds_scans(const std::filesystem::path& folder) {
+  return !scan_files_in(folder).empty();
 }
 
 std::string name_of(const std::filesystem::path& scan) {

@@ -18,6 +18,9 @@ namespace globalmatch::support {
 std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem::path>& names,
                                               bool keep_folders = false);
 
+/// Whether a folder holds files whose extension is that of a scan.
+bool holds_scans(const std::filesystem::path& folder);
+
 /// What results for a scan are named by: the name of its file without extension, and `_K` for scan K of
 /// several.
 std::string name_of(const std::filesystem::path& scan);

@@ -29,15 +29,17 @@ std::vector<double> read_numbers(input_file& file) {
   return numbers;
 }
 
-void require_rotation(const input_file& file, const Eigen::Matrix3d& rotation) {
+using failure = std::function<void(const std::string& problem, const std::string& remedy)>;
+
+void require_rotation(const Eigen::Matrix3d& rotation, const failure& fail) {
   constexpr double tolerance = 1e-5;
   const double error = (rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(error <= tolerance))
-    file.fail("holds a matrix that is no rotation: its columns are not orthonormal, but off by " +
-                  std::to_string(error),
-              "Scale and shear are not supported; write rotations with 7 digits or more");
+    fail("holds a matrix that is no rotation: its columns are not orthonormal, but off by " +
+             std::to_string(error),
+         "Scale and shear are not supported; write rotations with 7 digits or more");
   if (rotation.determinant() < 0)
-    file.fail("holds a reflection, not a rotation", "Check the signs and the order of the axes");
+    fail("holds a reflection, not a rotation", "Check the signs and the order of the axes");
 }
 
 }  // namespace
@@ -50,17 +52,22 @@ void write_transform(const std::filesystem::path& path, const Eigen::Isometry3d&
   file.commit();
 }
 
-Eigen::Isometry3d read_transform(const std::filesystem::path& path) {
-  input_file file(path);
-  const std::vector<double> numbers = read_numbers(file);
-  if (numbers.size() != 16) file.fail("holds " + std::to_string(numbers.size()) + " numbers", remedy);
+Eigen::Isometry3d to_transform(std::span<const double> numbers, const failure& fail) {
+  const std::string form(remedy);
+  if (numbers.size() != 16) fail("holds " + std::to_string(numbers.size()) + " numbers", form);
   Eigen::Isometry3d transform;
   transform.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
-  if (!transform.matrix().allFinite()) file.fail("holds numbers that are not finite", remedy);
+  if (!transform.matrix().allFinite()) fail("holds numbers that are not finite", form);
   if (transform.matrix().row(3) != Eigen::RowVector4d(0, 0, 0, 1))
-    file.fail("does not end in the row 0 0 0 1", remedy);
-  require_rotation(file, transform.linear());
+    fail("does not end in the row 0 0 0 1", form);
+  require_rotation(transform.linear(), fail);
   return transform;
+}
+
+Eigen::Isometry3d read_transform(const std::filesystem::path& path) {
+  input_file file(path);
+  return to_transform(read_numbers(file),
+                      [&](const std::string& problem, const std::string& help) { file.fail(problem, help); });
 }
 
 }  // namespace globalmatch::support

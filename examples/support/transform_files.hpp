@@ -4,6 +4,9 @@
 #include <Eigen/Geometry>
 
 #include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
 
 namespace globalmatch::support {
 
@@ -14,5 +17,11 @@ void write_transform(const std::filesystem::path& path, const Eigen::Isometry3d&
 /// Reads a matrix row by row, as it stands in the file. Throws `file_error` unless there are 16 finite
 /// numbers, the last four 0 0 0 1, and the rotation is one to within 1e-5.
 Eigen::Isometry3d read_transform(const std::filesystem::path& path);
+
+/// Makes a transform of a matrix row by row. Calls `fail` with problem and remedy, which must throw, where it
+/// is none as of `read_transform`.
+Eigen::Isometry3d to_transform(
+    std::span<const double> numbers,
+    const std::function<void(const std::string& problem, const std::string& remedy)>& fail);
 
 }  // namespace globalmatch::support

@@ -1,0 +1,247 @@
+#!/usr/bin/env python3
+"""Draws the figures of an evaluation from the CSV files that evaluate_dataset wrote. Needs matplotlib.
+
+plot_dataset.py DIR     writes DIR/figures/*.svg
+
+times               histograms of running times: mapping, matching, both ([GM] Fig. "efficiency statistics")
+growth              running time against stems, with fitted exponents
+overlap             histogram of stem-based overlap, with the success in each bin
+errors              pointwise errors of the pairs without the middle scan, cut at 10 m
+degrees_of_freedom  horizontal and vertical errors with 4 and with 6 degrees of freedom
+success             success against overlap and against common stems, with intervals of 95 % (Wilson)
+"""
+import csv
+import math
+import pathlib
+import sys
+
+try:
+    import matplotlib
+except ImportError:
+    sys.exit("plot_dataset.py: matplotlib is missing (Debian: python3-matplotlib)")
+
+matplotlib.use("Agg")
+matplotlib.rcParams["svg.hashsalt"] = "globalmatch"  # the same file for the same data
+from matplotlib import pyplot  # noqa: E402
+
+SUCCESS = 0.5  # [m] pointwise error of a registration that is right, [GM] 5.1.2
+CUT = 10  # [m] larger errors are drawn there, as in [GM]
+COLOURS = {"right": "tab:green", "refused": "tab:gray", "wrong": "tab:red"}
+
+
+def rows_of(file):
+    if not file.exists():
+        return []
+    with open(file, newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def outcome_of(pair):
+    if pair["right"] == "1":
+        return "right"
+    return "wrong" if pair["outcome"] == "registered" else "refused"
+
+
+def wilson(right, count):
+    z = 1.959963984540054
+    p = right / count
+    center = (p + z * z / (2 * count)) / (1 + z * z / count)
+    half = z / (1 + z * z / count) * math.sqrt(p * (1 - p) / count + z * z / (4 * count * count))
+    return max(0, center - half), min(1, center + half)
+
+
+def exponent(points):
+    """Slope and intercept of log(y) over log(x); nothing where x does not vary."""
+    logs = [(math.log(x), math.log(y)) for x, y in points if x > 0 and y > 0]
+    n = len(logs)
+    if n < 3 or max(u for u, _ in logs) - min(u for u, _ in logs) < 0.1:
+        return None
+    mean_u, mean_v = sum(u for u, _ in logs) / n, sum(v for _, v in logs) / n
+    slope = sum((u - mean_u) * (v - mean_v) for u, v in logs) / sum((u - mean_u) ** 2 for u, _ in logs)
+    return slope, mean_v - slope * mean_u
+
+
+def stems_of(row):
+    return math.sqrt(float(row["source_stems"]) * float(row["target_stems"]))
+
+
+def draw_times(scans, pairs, _):
+    mapping = [float(s["mapping_seconds"]) for s in scans]
+    matching = [float(p["matching_seconds"]) for p in pairs]
+    both = [float(p["mapping_seconds"]) + float(p["matching_seconds"]) for p in pairs]
+    stages = [("mapping a scan", mapping), ("matching a pair", matching), ("both scans mapped and matched", both)]
+    stages = [(name, seconds) for name, seconds in stages if seconds]
+    _, axes = pyplot.subplots(1, len(stages), figsize=(4.2 * len(stages), 3.4), squeeze=False)
+    for ax, (name, seconds) in zip(axes[0], stages):
+        ax.hist(seconds, bins=20, color="tab:blue", edgecolor="white")
+        ax.axvline(sum(seconds) / len(seconds), color="black", linestyle="--", linewidth=1)
+        ax.set_title(f"{name}: mean {sum(seconds) / len(seconds):.3g} s", fontsize="medium")
+        ax.set_xlabel("seconds")
+        ax.set_ylabel("runs")
+    pyplot.tight_layout()
+
+
+def draw_growth(scans, pairs, runs):
+    series = {"mapping a scan": [(float(s["stems"]), float(s["mapping_seconds"])) for s in scans],
+              "matching a pair": [(stems_of(p), float(p["matching_seconds"])) for p in pairs]}
+    for run in runs:
+        series.setdefault(f"{run['method']}, alone", []).append((stems_of(run), float(run["seconds"])))
+    pyplot.figure(figsize=(7.5, 5))
+    for i, (name, points) in enumerate(series.items()):
+        points = sorted((x, y) for x, y in points if x > 0 and y > 0)
+        if not points:
+            continue
+        fit = exponent(points)
+        label = name + (f": exponent {fit[0]:.2f}" if fit else "")
+        pyplot.scatter(*zip(*points), s=14, alpha=0.6, color=f"C{i % 10}", label=label)
+        if fit:
+            ends = [points[0][0], points[-1][0]]
+            pyplot.plot(ends, [math.exp(fit[1]) * x ** fit[0] for x in ends], color=f"C{i % 10}", linewidth=1)
+    pyplot.xscale("log")
+    pyplot.yscale("log")
+    pyplot.xlabel("stems (of a pair: geometric mean)")
+    pyplot.ylabel("seconds")
+    pyplot.grid(alpha=0.3, which="both")
+    pyplot.legend(fontsize="small", loc="center left", bbox_to_anchor=(1, 0.5))
+
+
+def draw_overlap(_, pairs, __):
+    bins = [i / 10 for i in range(11)]
+    _, ax = pyplot.subplots(figsize=(7, 4.2))
+    by_outcome = {name: [min(0.999, float(p["overlap"])) for p in pairs if outcome_of(p) == name] for name in COLOURS}
+    ax.hist(list(by_outcome.values()), bins=bins, stacked=True, color=list(COLOURS.values()), edgecolor="white",
+            label=list(by_outcome))
+    ax.set_ylabel("pairs")
+    ax.set_xlabel("stems in both maps / stems in the smaller map")
+    ax.set_xlim(0, 1)
+    rate = ax.twinx()
+    for low, high in zip(bins, bins[1:]):
+        own = [p for p in pairs if low <= min(0.999, float(p["overlap"])) < high]
+        if own:
+            right = sum(outcome_of(p) == "right" for p in own)
+            rate.plot((low + high) / 2, 100 * right / len(own), "ko", markersize=4)
+            rate.annotate(f"{right}/{len(own)}", ((low + high) / 2, 100 * right / len(own)), fontsize="x-small",
+                          textcoords="offset points", xytext=(0, 5), ha="center")
+    rate.set_ylim(0, 112)
+    rate.set_yticks(range(0, 101, 20))
+    rate.set_ylabel("right [%] (dots)")
+    ax.set_ylim(0, ax.get_ylim()[1] * 1.1)
+    ax.legend(fontsize="small", loc="upper left")
+
+
+def draw_errors(_, pairs, runs):
+    others = [p for p in pairs if p["with_middle"] == "0"]
+    whole = [r for r in runs if r["with_middle"] == "0" and r["size"] == "all"]
+    plots = list(dict.fromkeys(p["plot"] for p in others))
+    if not plots:
+        return False
+    methods = list(dict.fromkeys(r["method"] for r in whole))
+    columns = min(3, len(plots))
+    lines = math.ceil(len(plots) / columns)
+    figure, axes = pyplot.subplots(lines, columns, figsize=(4.6 * columns, 2.9 * lines + 0.6), squeeze=False, sharey=True)
+    for ax in axes.flat[len(plots):]:
+        ax.axis("off")
+    for ax, plot in zip(axes.flat, plots):
+        own = [p for p in others if p["plot"] == plot]
+        keys = [(p["source"], p["target"]) for p in own]
+        # What no method gave counts as a failure.
+        cut = lambda text: min(CUT, float(text)) if text else CUT  # noqa: E731
+        ax.plot(range(len(own)), [cut(p["coarse_e_p"]) for p in own], "o-", color="black", label="ours", markersize=4)
+        for i, method in enumerate(methods):
+            found = {(r["source"], r["target"]): cut(r["e_p"]) for r in whole if r["plot"] == plot and r["method"] == method}
+            points = [(k, found[key]) for k, key in enumerate(keys) if key in found]
+            if points:
+                ax.plot(*zip(*points), marker=".", linewidth=0.8, color=f"C{i}", label=method)
+        ax.set_yscale("log")
+        ax.axhline(SUCCESS, color="gray", linestyle="--", linewidth=0.8)
+        ax.set_title(plot, fontsize="medium")
+        step = max(1, len(keys) // 12)
+        ax.set_xticks(range(0, len(keys), step))
+        short = lambda name: name if len(name) <= 4 else name.rsplit("_", 1)[-1][:6]  # noqa: E731
+        ax.set_xticklabels([f"{short(s)}-{short(t)}" for s, t in keys[::step]], rotation=90, fontsize="x-small")
+        ax.grid(alpha=0.3)
+    for line in axes:
+        line[0].set_ylabel("coarse e_p [m]")
+    handles, labels = axes.flat[0].get_legend_handles_labels()
+    figure.tight_layout(rect=(0, 0, 1, 1 - 0.35 / figure.get_figheight()))
+    figure.legend(handles, labels, loc="upper center", ncol=len(labels), fontsize="small")
+    return True
+
+
+def draw_degrees_of_freedom(_, pairs, __):
+    figure, axes = pyplot.subplots(1, 2, figsize=(9, 4), sharey=True)
+    is_drawn = False
+    for ax, dof in zip(axes, ("4", "6")):
+        right = [p for p in pairs if p[f"dof{dof}_right"] == "1"]
+        values = [[100 * float(p[f"dof{dof}_{column}"]) for p in right] for column in ("e_p", "horizontal", "vertical")]
+        if right:
+            is_drawn = True
+            ax.boxplot(values, showmeans=True, meanprops={"marker": "^", "markersize": 5}, flierprops={"markersize": 3})
+            ax.set_yscale("log")
+        ax.set_xticks([1, 2, 3])
+        ax.set_xticklabels(["3-D", "horizontal", "vertical"])
+        ax.set_title(f"{dof} degrees of freedom: {len(right)} of {len(pairs)} pairs right", fontsize="medium")
+        ax.grid(alpha=0.3, axis="y")
+    axes[0].set_ylabel("pointwise error, coarse [cm]")
+    figure.text(0.5, 0.0, "box: quartiles; line: median; triangle: mean; dots: beyond 1.5 times the box", ha="center",
+                fontsize="small")
+    return is_drawn
+
+
+def curve(ax, pairs, value, bins):
+    for low, high in bins:
+        own = [p for p in pairs if low <= value(p) < high]
+        if not own:
+            continue
+        x = sum(value(p) for p in own) / len(own)
+        for name in ("right", "wrong"):
+            count = sum(outcome_of(p) == name for p in own)
+            least, most = wilson(count, len(own))
+            share = count / len(own)
+            ax.errorbar(x, 100 * share, yerr=[[max(0, 100 * (share - least))], [max(0, 100 * (most - share))]], fmt="o" if name == "right" else "x",
+                        color=COLOURS[name], capsize=3, markersize=5)
+        ax.annotate(str(len(own)), (x, 103), fontsize="x-small", ha="center")
+    ax.set_ylim(-3, 110)
+    ax.set_yticks(range(0, 101, 20))
+    ax.grid(alpha=0.3)
+
+
+def draw_success(_, pairs, __):
+    _, (left, right) = pyplot.subplots(1, 2, figsize=(11, 4.2), sharey=True)
+    curve(left, pairs, lambda p: float(p["overlap"]), [(i / 10, (i + 1) / 10 + (i == 9)) for i in range(10)])
+    left.set_xlabel("overlap: stems in both maps / stems in the smaller map")
+    left.set_ylabel("share of the pairs [%]")
+    edges = [0, 3, 5, 8, 12, 20, 35, 60, 100, math.inf]
+    curve(right, pairs, lambda p: float(p["common"]), list(zip(edges, edges[1:])))
+    right.set_xscale("symlog", linthresh=10)
+    right.set_xlabel("stems in both maps")
+    right.xaxis.set_major_formatter(matplotlib.ticker.ScalarFormatter())
+    for name, marker in (("right", "o"), ("wrong", "x")):
+        left.plot([], [], marker, color=COLOURS[name], label=name)
+    left.legend(fontsize="small", loc="center left", title="95 % interval; pairs above", title_fontsize="x-small")
+
+
+FIGURES = {"times": draw_times, "growth": draw_growth, "overlap": draw_overlap, "errors": draw_errors,
+           "degrees_of_freedom": draw_degrees_of_freedom, "success": draw_success}
+
+
+def main():
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    folder = pathlib.Path(sys.argv[1])
+    data = [rows_of(folder / f"{name}.csv") for name in ("scans", "pairs", "matching")]
+    if not data[0]:
+        sys.exit(f"plot_dataset.py: {folder} holds no scans.csv with rows; run evaluate_dataset --out-dir {folder}")
+    (folder / "figures").mkdir(exist_ok=True)
+    for name, draw in FIGURES.items():
+        if data[1] or name in ("times", "growth"):
+            file = folder / "figures" / f"{name}.svg"
+            if draw(*data) is not False:
+                pyplot.savefig(file, bbox_inches="tight", metadata={"Date": None})
+            else:
+                file.unlink(missing_ok=True)
+            pyplot.close("all")
+
+
+if __name__ == "__main__":
+    main()
