@@ -4,9 +4,11 @@
 
 #include "dataset/figures.hpp"
 #include "dataset/find_plots.hpp"
+#include "dataset/matching_tables.hpp"
+#include "dataset/registration_tables.hpp"
 #include "dataset/results.hpp"
 #include "dataset/stored_plots.hpp"
-#include "dataset/tables.hpp"
+#include "dataset/success_tables.hpp"
 #ifdef GLOBALMATCH_HAS_SIMULATOR
 #include "dataset/frozen_plots.hpp"
 #endif
@@ -186,7 +188,9 @@ int main(int argc, char** argv) {
            << detail::thread_count({.threads = c.evaluation.threads}) << " threads:\n\n```\n";
     for (int i = 0; i < argc; ++i) tables << (i == 0 ? "evaluate_dataset" : std::string(" ") + argv[i]);
     tables << "\n```\n";
-    table_printer(tables, results, c.evaluation.tables).print();
+    registration_tables(tables, results).print(c.evaluation.tables);
+    if (c.evaluation.has(7)) matching_tables(tables, results).print();
+    success_tables(tables, results).print();
     std::cout << tables.str();
     if (!c.out_dir.empty()) write_all(c, tables.str(), results);
     return support::done;

@@ -51,10 +51,10 @@ def wilson(right, count):
 
 
 def exponent(points):
-    """Slope and intercept of log(y) over log(x); nothing where x does not vary."""
+    """Slope and intercept of log(y) over log(x); nothing where x varies by less than a factor of two."""
     logs = [(math.log(x), math.log(y)) for x, y in points if x > 0 and y > 0]
     n = len(logs)
-    if n < 3 or max(u for u, _ in logs) - min(u for u, _ in logs) < 0.1:
+    if n < 3 or max(u for u, _ in logs) - min(u for u, _ in logs) < math.log(2):
         return None
     mean_u, mean_v = sum(u for u, _ in logs) / n, sum(v for _, v in logs) / n
     slope = sum((u - mean_u) * (v - mean_v) for u, v in logs) / sum((u - mean_u) ** 2 for u, _ in logs)
@@ -69,7 +69,7 @@ def draw_times(scans, pairs, _):
     mapping = [float(s["mapping_seconds"]) for s in scans]
     matching = [float(p["matching_seconds"]) for p in pairs]
     both = [float(p["mapping_seconds"]) + float(p["matching_seconds"]) for p in pairs]
-    stages = [("mapping a scan", mapping), ("matching a pair", matching), ("both scans mapped and matched", both)]
+    stages = [("mapping a scan", mapping), ("matching a pair", matching), ("mapping both, matching", both)]
     stages = [(name, seconds) for name, seconds in stages if seconds]
     _, axes = pyplot.subplots(1, len(stages), figsize=(4.2 * len(stages), 3.4), squeeze=False)
     for ax, (name, seconds) in zip(axes[0], stages):
@@ -108,20 +108,20 @@ def draw_growth(scans, pairs, runs):
 def draw_overlap(_, pairs, __):
     bins = [i / 10 for i in range(11)]
     _, ax = pyplot.subplots(figsize=(7, 4.2))
-    by_outcome = {name: [min(0.999, float(p["overlap"])) for p in pairs if outcome_of(p) == name] for name in COLOURS}
-    ax.hist(list(by_outcome.values()), bins=bins, stacked=True, color=list(COLOURS.values()), edgecolor="white",
-            label=list(by_outcome))
+    overlap = lambda p: min(0.999, float(p["overlap"]))  # noqa: E731
+    by_outcome = [[overlap(p) for p in pairs if outcome_of(p) == name] for name in COLOURS]
+    ax.hist(by_outcome, bins=bins, stacked=True, color=list(COLOURS.values()), edgecolor="white", label=list(COLOURS))
     ax.set_ylabel("pairs")
     ax.set_xlabel("stems in both maps / stems in the smaller map")
     ax.set_xlim(0, 1)
     rate = ax.twinx()
     for low, high in zip(bins, bins[1:]):
-        own = [p for p in pairs if low <= min(0.999, float(p["overlap"])) < high]
+        own = [p for p in pairs if low <= overlap(p) < high]
         if own:
             right = sum(outcome_of(p) == "right" for p in own)
             rate.plot((low + high) / 2, 100 * right / len(own), "ko", markersize=4)
-            rate.annotate(f"{right}/{len(own)}", ((low + high) / 2, 100 * right / len(own)), fontsize="x-small",
-                          textcoords="offset points", xytext=(0, 5), ha="center")
+            rate.annotate(f"{right}/{len(own)}", ((low + high) / 2, 100 * right / len(own)), ha="center",
+                          fontsize="x-small", textcoords="offset points", xytext=(0, 5))
     rate.set_ylim(0, 112)
     rate.set_yticks(range(0, 101, 20))
     rate.set_ylabel("right [%] (dots)")
@@ -138,7 +138,8 @@ def draw_errors(_, pairs, runs):
     methods = list(dict.fromkeys(r["method"] for r in whole))
     columns = min(3, len(plots))
     lines = math.ceil(len(plots) / columns)
-    figure, axes = pyplot.subplots(lines, columns, figsize=(4.6 * columns, 2.9 * lines + 0.6), squeeze=False, sharey=True)
+    size = (4.6 * columns, 2.9 * lines + 0.6)
+    figure, axes = pyplot.subplots(lines, columns, figsize=size, squeeze=False, sharey=True)
     for ax in axes.flat[len(plots):]:
         ax.axis("off")
     for ax, plot in zip(axes.flat, plots):
@@ -146,9 +147,11 @@ def draw_errors(_, pairs, runs):
         keys = [(p["source"], p["target"]) for p in own]
         # What no method gave counts as a failure.
         cut = lambda text: min(CUT, float(text)) if text else CUT  # noqa: E731
-        ax.plot(range(len(own)), [cut(p["coarse_e_p"]) for p in own], "o-", color="black", label="ours", markersize=4)
+        ours = [cut(p["coarse_e_p"]) for p in own]
+        ax.plot(range(len(own)), ours, "o-", color="black", label="ours", markersize=4)
         for i, method in enumerate(methods):
-            found = {(r["source"], r["target"]): cut(r["e_p"]) for r in whole if r["plot"] == plot and r["method"] == method}
+            found = {(r["source"], r["target"]): cut(r["e_p"]) for r in whole
+                     if r["plot"] == plot and r["method"] == method}
             points = [(k, found[key]) for k, key in enumerate(keys) if key in found]
             if points:
                 ax.plot(*zip(*points), marker=".", linewidth=0.8, color=f"C{i}", label=method)
@@ -173,18 +176,19 @@ def draw_degrees_of_freedom(_, pairs, __):
     is_drawn = False
     for ax, dof in zip(axes, ("4", "6")):
         right = [p for p in pairs if p[f"dof{dof}_right"] == "1"]
-        values = [[100 * float(p[f"dof{dof}_{column}"]) for p in right] for column in ("e_p", "horizontal", "vertical")]
+        columns = [f"dof{dof}_{column}" for column in ("e_p", "horizontal", "vertical")]
+        values = [[100 * float(p[column]) for p in right] for column in columns]
         if right:
             is_drawn = True
-            ax.boxplot(values, showmeans=True, meanprops={"marker": "^", "markersize": 5}, flierprops={"markersize": 3})
+            ax.boxplot(values, showmeans=True, meanprops={"marker": "^"}, flierprops={"markersize": 3})
             ax.set_yscale("log")
         ax.set_xticks([1, 2, 3])
         ax.set_xticklabels(["3-D", "horizontal", "vertical"])
         ax.set_title(f"{dof} degrees of freedom: {len(right)} of {len(pairs)} pairs right", fontsize="medium")
         ax.grid(alpha=0.3, axis="y")
     axes[0].set_ylabel("pointwise error, coarse [cm]")
-    figure.text(0.5, 0.0, "box: quartiles; line: median; triangle: mean; dots: beyond 1.5 times the box", ha="center",
-                fontsize="small")
+    figure.text(0.5, 0.0, "box: quartiles; line: median; triangle: mean; dots: beyond 1.5 times the box",
+                ha="center", fontsize="small")
     return is_drawn
 
 
@@ -198,8 +202,9 @@ def curve(ax, pairs, value, bins):
             count = sum(outcome_of(p) == name for p in own)
             least, most = wilson(count, len(own))
             share = count / len(own)
-            ax.errorbar(x, 100 * share, yerr=[[max(0, 100 * (share - least))], [max(0, 100 * (most - share))]], fmt="o" if name == "right" else "x",
-                        color=COLOURS[name], capsize=3, markersize=5)
+            around = [[max(0, 100 * (share - least))], [max(0, 100 * (most - share))]]
+            ax.errorbar(x, 100 * share, yerr=around, fmt="o" if name == "right" else "x", color=COLOURS[name],
+                        capsize=3, markersize=5)
         ax.annotate(str(len(own)), (x, 103), fontsize="x-small", ha="center")
     ax.set_ylim(-3, 110)
     ax.set_yticks(range(0, 101, 20))
@@ -218,7 +223,7 @@ def draw_success(_, pairs, __):
     right.xaxis.set_major_formatter(matplotlib.ticker.ScalarFormatter())
     for name, marker in (("right", "o"), ("wrong", "x")):
         left.plot([], [], marker, color=COLOURS[name], label=name)
-    left.legend(fontsize="small", loc="center left", title="95 % interval; pairs above", title_fontsize="x-small")
+    left.legend(fontsize="small", loc="center left", title="95 % interval", title_fontsize="x-small")
 
 
 FIGURES = {"times": draw_times, "growth": draw_growth, "overlap": draw_overlap, "errors": draw_errors,
@@ -231,7 +236,7 @@ def main():
     folder = pathlib.Path(sys.argv[1])
     data = [rows_of(folder / f"{name}.csv") for name in ("scans", "pairs", "matching")]
     if not data[0]:
-        sys.exit(f"plot_dataset.py: {folder} holds no scans.csv with rows; run evaluate_dataset --out-dir {folder}")
+        sys.exit(f"plot_dataset.py: {folder} holds no scans.csv of evaluate_dataset --out-dir {folder}")
     (folder / "figures").mkdir(exist_ok=True)
     for name, draw in FIGURES.items():
         if data[1] or name in ("times", "growth"):

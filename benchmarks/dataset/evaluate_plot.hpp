@@ -33,7 +33,7 @@ struct evaluation_options {
   std::set<int> tables;              ///< of the paper, 2 to 7
   std::vector<std::string> methods;  ///< of `all_matchers`; empty: all
   std::vector<std::size_t> sizes;    ///< of simplified stem maps
-  double max_seconds = 60;           ///< a method that took longer is not run on more stems
+  double max_seconds = 10;           ///< a method that took longer is not run on more stems
   int threads = 0;
 
   bool has(int table) const { return tables.contains(table); }
@@ -189,8 +189,10 @@ class plot_evaluation {
   void match_alone(const matcher& method, std::size_t source, std::size_t target, std::size_t size,
                    std::size_t& max_stems) {
     const evaluated_scan &a = scans_[source].scan, &b = scans_[target].scan;
-    const std::size_t smaller = std::min(a.map.stems.size(), b.map.stems.size());
-    if (size >= std::max(smaller, std::size_t(1))) return;  // that is the whole map
+    const std::size_t larger = std::max(a.map.stems.size(), b.map.stems.size());
+    const bool is_smallest =
+        !options_.sizes.empty() && size == std::min_element(options_.sizes.begin(), options_.sizes.end())[0];
+    if (size > 0 && size >= larger && !is_smallest) return;  // those are the whole maps
     const two_maps maps = select_stems(a, b, truth(source, target), size);
     const std::size_t stems = std::max(maps.source.size(), maps.target.size());
     if (stems > max_stems || maps.source.empty() || maps.target.empty()) return;

@@ -78,20 +78,23 @@ inline std::vector<std::filesystem::path> folders_with_scans(const std::filesyst
   return folders;
 }
 
-/// The stems of a plot in the frame of pairs are those of one scan, which must be known.
+/// True stems of each scan. Those of a plot whose truth is of pairs are in the frame of a scan, which must be
+/// known.
 inline void add_stems(stored_plot& plot, const dataset_options& options) {
   std::size_t without = 0;
+  std::string unused;
   for (const std::string& name : plot.names) {
-    plot.stems.push_back(find_stem_truth(plot.folder, name, options.stems));
-    auto& file = plot.stems.back();
+    auto file = find_stem_truth(plot.folder, name, options.stems);
     if (file && !file->is_of_scan && plot.truth.is_of_pairs() && options.truth.root.empty()) {
-      plot.notes.push_back(file->path.string() +
-                           " is not used: pairs do not say in which frame it is; give --stems-in SCAN");
-      plot.stems.assign(plot.names.size(), std::nullopt);
-      return;
+      unused = file->path.string();
+      file.reset();
     }
     without += !file;
+    plot.stems.push_back(std::move(file));
   }
+  if (!unused.empty())
+    plot.notes.push_back(unused +
+                         " is not used: pairs do not say in which frame it is; give --stems-in SCAN");
   if (without > 0)
     plot.notes.push_back("no true stems for " + std::to_string(without) + " of " +
                          std::to_string(plot.names.size()) +

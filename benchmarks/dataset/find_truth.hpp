@@ -28,7 +28,7 @@ struct truth_options {
   /// Names of the files of poses and of pairs, relative to the folder of the plot. {name} and {number} stand
   /// for those of a scan, {source} and {target} for two; * and ? for any others.
   std::string pose_files, pair_files;
-  std::string table;     ///< a matrix_table, relative to the folder of the plot
+  std::string table;     ///< as of `read_matrix_table`, relative to the folder of the plot
   bool headers = false;  ///< of PTX and E57
   bool inverse = false;  ///< matrices are scan_from_plot, source_from_target
   std::string root;      ///< the scan in whose frame the stems are, where the truth is of pairs
@@ -122,6 +122,7 @@ class truth_search {
     for (const auto& file : files_of(folder_)) {
       const std::string extension = support::lower_case(file.extension().string());
       if (extension != ".pose" && extension != ".txt") continue;
+      if (std::find(scans_.begin(), scans_.end(), file) != scans_.end()) continue;
       const std::string name = file.stem().string();
       const auto scan = scan_of(name);
       const auto pair = scan ? std::nullopt : pair_of(name);
@@ -218,7 +219,7 @@ class truth_search {
   }
 
   void add_table(const std::filesystem::path& file) {
-    for (const named_transform& entry : matrix_table(file).entries()) {
+    for (const named_transform& entry : read_matrix_table(file)) {
       std::vector<std::size_t> scans;
       for (const std::string& name : entry.names)
         if (const auto scan = names_.find(name))

@@ -13,6 +13,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace globalmatch::benchmarks {
@@ -24,19 +25,16 @@ struct named_transform {
   std::string place;  ///< file, and line where it holds several
 };
 
-/// Reads the entries of a table. Each is a line of the name of a scan, or of two, and the 16 numbers of a
-/// matrix row by row, or its first 12; or a line of names, and the matrix in the four lines below. A third
-/// name is ignored: it counts the scans. Fields are separated by commas, semicolons, blanks or tabs; a header
-/// and lines that begin with # are passed over.
-class matrix_table {
+/// Collects the entries of a table.
+class matrix_table_reader {
  public:
-  explicit matrix_table(const std::filesystem::path& path) : file_(path) {
+  explicit matrix_table_reader(const std::filesystem::path& path) : file_(path) {
     while (const auto line = file_.read_line()) read(*line);
     if (!numbers_.empty() || (!names_.empty() && !entries_.empty())) fail("ends within a matrix");
     if (entries_.empty()) fail("holds no matrix with the name of a scan or of two");
   }
 
-  const std::vector<named_transform>& entries() const { return entries_; }
+  std::vector<named_transform> entries() && { return std::move(entries_); }
 
  private:
   static constexpr const char* remedy =
@@ -104,5 +102,13 @@ class matrix_table {
   std::vector<double> numbers_;
   std::vector<named_transform> entries_;
 };
+
+/// Reads the entries of a table. Each is a line of the name of a scan, or of two, and the 16 numbers of a
+/// matrix row by row, or its first 12; or a line of names, and the matrix in the four lines below. A third
+/// name is ignored: it counts the scans. Fields are separated by commas, semicolons, blanks or tabs; a header
+/// and lines that begin with # are passed over.
+inline std::vector<named_transform> read_matrix_table(const std::filesystem::path& path) {
+  return matrix_table_reader(path).entries();
+}
 
 }  // namespace globalmatch::benchmarks
