@@ -17,10 +17,12 @@
 #include "support/programs/command_line.hpp"
 #include "support/programs/near_names.hpp"
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -35,6 +37,7 @@ struct command {
   std::vector<std::string> scenes;
   std::vector<std::uint64_t> seeds = {101, 102};
   double angular_step = 0;
+  std::string line;  // the command as it was given
   std::string python = GLOBALMATCH_PYTHON;
   std::vector<int> tables = {2, 3, 4, 5, 6, 7};
   dataset_options dataset;
@@ -88,7 +91,7 @@ void add_evaluation_options(CLI::App& app, command& c) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--max-seconds", c.evaluation.max_seconds,
-                 "a method that takes longer for a pair is not run on more stems")
+                 "a method that takes longer for a pair is not run again on as many stems, or more")
       ->capture_default_str();
   app.add_option("--python", c.python, "interpreter with matplotlib that draws")->capture_default_str();
   app.add_flag("--no-figures", c.no_figures, "draw nothing");
@@ -103,6 +106,40 @@ void require_methods(const std::vector<std::string>& methods) {
                                   support::suggest_name(method, names));
 }
 
+/// The command line and this build, then all tables.
+std::string tables_of(const command& c, const dataset_results& results) {
+  std::ostringstream out;
+  out << "# " << (c.frozen ? "Frozen scenes" : c.folder.string())
+      << ", evaluated as [GM] 5\n\n[GM] is Wang et al. (2023); rows in italics are its own, of its data. "
+         "Made by "
+      << support::this_build().name() << " with " << detail::thread_count({.threads = c.evaluation.threads})
+      << " threads:\n\n```\n"
+      << c.line << "\n```\n";
+  registration_tables(out, results).print(c.evaluation.tables);
+  if (c.evaluation.has(7)) matching_tables(out, results).print();
+  success_tables(out, results).print();
+  return out.str();
+}
+
+void write_files(const command& c, const dataset_results& results) {
+  if (c.out_dir.empty()) return;
+  const auto write = [&](const char* name, const auto& fill) {
+    support::atomic_file file(c.out_dir / name);
+    fill(file.stream());
+    file.commit();
+  };
+  write("tables.md", [&](std::ostream& out) { out << tables_of(c, results); });
+  write("scans.csv", [&](std::ostream& out) { write_scans(out, results.scans); });
+  write("pairs.csv", [&](std::ostream& out) { write_pairs(out, results.pairs); });
+  write("matching.csv", [&](std::ostream& out) { write_matchings(out, results.matchings); });
+}
+
+/// Files are written after each plot: a run may take hours.
+void evaluate(const command& c, const plot_to_evaluate& plot, dataset_results& results) {
+  plot_evaluation(plot, c.evaluation, results).run();
+  write_files(c, results);
+}
+
 void evaluate_frozen([[maybe_unused]] const command& c, [[maybe_unused]] dataset_results& results) {
 #ifdef GLOBALMATCH_HAS_SIMULATOR
   std::vector<std::string> names = c.scenes;
@@ -112,8 +149,7 @@ void evaluate_frozen([[maybe_unused]] const command& c, [[maybe_unused]] dataset
   for (const std::string& name : names)
     for (const std::uint64_t seed : c.seeds) {
       std::cerr << name << ", seed " << seed << '\n';
-      const plot_to_evaluate plot = frozen_plot(name, seed, c.angular_step, c.evaluation);
-      plot_evaluation(plot, c.evaluation, results).run();
+      evaluate(c, frozen_plot(name, seed, c.angular_step, c.evaluation), results);
     }
 #else
   throw std::invalid_argument("--frozen needs the simulator: build with Embree (Debian: libembree-dev)");
@@ -125,21 +161,8 @@ void evaluate_folder(const command& c, const support::scan_options& reading, dat
   for (const stored_plot& plot : plots) {
     std::cerr << plot.name << ": " << plot.scans.size() << " scans, truth: " << plot.truth_form << '\n';
     for (const std::string& note : plot.notes) std::cerr << "  " << note << '\n';
-    plot_evaluation(to_evaluate(plot, reading, c.evaluation), c.evaluation, results).run();
+    evaluate(c, to_evaluate(plot, reading, c.evaluation), results);
   }
-}
-
-void write_all(const command& c, const std::string& tables, const dataset_results& results) {
-  const auto write = [&](const char* name, const auto& fill) {
-    support::atomic_file file(c.out_dir / name);
-    fill(file.stream());
-    file.commit();
-  };
-  write("tables.md", [&](std::ostream& out) { out << tables; });
-  write("scans.csv", [&](std::ostream& out) { write_scans(out, results.scans); });
-  write("pairs.csv", [&](std::ostream& out) { write_pairs(out, results.pairs); });
-  write("matching.csv", [&](std::ostream& out) { write_matchings(out, results.matchings); });
-  if (!c.no_figures) draw_figures(c.python, c.out_dir);
 }
 
 }  // namespace
@@ -160,10 +183,12 @@ int main(int argc, char** argv) {
   shared.add_threads_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    for (int i = 0; i < argc; ++i) c.line += i == 0 ? "evaluate_dataset" : std::string(" ") + argv[i];
     if (c.frozen != c.folder.empty()) throw std::invalid_argument("give a FOLDER, or --frozen");
+    if (c.list && c.frozen)
+      throw std::invalid_argument("--list is of a FOLDER; scenes are in docs/scenes.md");
     if (shared.tiles) throw std::invalid_argument("--tiles: join the tiles of each scan into one file");
-    if (c.list && !c.frozen)
-      return list_plots(c.folder, c.dataset, std::cout) ? support::done : support::unusable_input;
+    if (c.list) return list_plots(c.folder, c.dataset, std::cout) ? support::done : support::unusable_input;
     require_methods(c.evaluation.methods);
     if (!c.out_dir.empty()) {
       support::make_folder(c.out_dir);
@@ -180,19 +205,8 @@ int main(int argc, char** argv) {
       evaluate_frozen(c, results);
     else
       evaluate_folder(c, shared.for_reading(), results);
-    std::ostringstream tables;
-    tables << "# " << (c.frozen ? "Frozen scenes" : c.folder.string())
-           << ", evaluated as [GM] 5\n\n[GM] is Wang "
-           << "et al. (2023); rows in italics are its own, of its data. Made by "
-           << support::this_build().name() << " with "
-           << detail::thread_count({.threads = c.evaluation.threads}) << " threads:\n\n```\n";
-    for (int i = 0; i < argc; ++i) tables << (i == 0 ? "evaluate_dataset" : std::string(" ") + argv[i]);
-    tables << "\n```\n";
-    registration_tables(tables, results).print(c.evaluation.tables);
-    if (c.evaluation.has(7)) matching_tables(tables, results).print();
-    success_tables(tables, results).print();
-    std::cout << tables.str();
-    if (!c.out_dir.empty()) write_all(c, tables.str(), results);
+    std::cout << tables_of(c, results);
+    if (!c.out_dir.empty() && !c.no_figures) draw_figures(c.python, c.out_dir);
     return support::done;
   });
 }

@@ -110,7 +110,8 @@ def draw_overlap(_, pairs, __):
     _, ax = pyplot.subplots(figsize=(7, 4.2))
     overlap = lambda p: min(0.999, float(p["overlap"]))  # noqa: E731
     by_outcome = [[overlap(p) for p in pairs if outcome_of(p) == name] for name in COLOURS]
-    ax.hist(by_outcome, bins=bins, stacked=True, color=list(COLOURS.values()), edgecolor="white", label=list(COLOURS))
+    ax.hist(by_outcome, bins=bins, stacked=True, color=list(COLOURS.values()), edgecolor="white",
+            label=list(COLOURS))
     ax.set_ylabel("pairs")
     ax.set_xlabel("stems in both maps / stems in the smaller map")
     ax.set_xlim(0, 1)
@@ -125,8 +126,7 @@ def draw_overlap(_, pairs, __):
     rate.set_ylim(0, 112)
     rate.set_yticks(range(0, 101, 20))
     rate.set_ylabel("right [%] (dots)")
-    ax.set_ylim(0, ax.get_ylim()[1] * 1.1)
-    ax.legend(fontsize="small", loc="upper left")
+    ax.legend(fontsize="small", loc="lower center", bbox_to_anchor=(0.5, 1), ncol=3, frameon=False)
 
 
 def draw_errors(_, pairs, runs):
@@ -161,11 +161,13 @@ def draw_errors(_, pairs, runs):
         step = max(1, len(keys) // 12)
         ax.set_xticks(range(0, len(keys), step))
         short = lambda name: name if len(name) <= 4 else name.rsplit("_", 1)[-1][:6]  # noqa: E731
-        ax.set_xticklabels([f"{short(s)}-{short(t)}" for s, t in keys[::step]], rotation=90, fontsize="x-small")
+        labels = [f"{short(s)}-{short(t)}" for s, t in keys[::step]]
+        ax.set_xticklabels(labels, rotation=90, fontsize="x-small")
         ax.grid(alpha=0.3)
     for line in axes:
         line[0].set_ylabel("coarse e_p [m]")
-    handles, labels = axes.flat[0].get_legend_handles_labels()
+    named = [ax.get_legend_handles_labels() for ax in axes.flat[:len(plots)]]
+    handles, labels = max(named, key=lambda of: len(of[1]))  # not every method bears every plot
     figure.tight_layout(rect=(0, 0, 1, 1 - 0.35 / figure.get_figheight()))
     figure.legend(handles, labels, loc="upper center", ncol=len(labels), fontsize="small")
     return True
@@ -198,13 +200,13 @@ def curve(ax, pairs, value, bins):
         if not own:
             continue
         x = sum(value(p) for p in own) / len(own)
-        for name in ("right", "wrong"):
+        for name, aside in (("right", 0.99), ("wrong", 1.01)):  # so that both intervals are seen
             count = sum(outcome_of(p) == name for p in own)
             least, most = wilson(count, len(own))
             share = count / len(own)
             around = [[max(0, 100 * (share - least))], [max(0, 100 * (most - share))]]
-            ax.errorbar(x, 100 * share, yerr=around, fmt="o" if name == "right" else "x", color=COLOURS[name],
-                        capsize=3, markersize=5)
+            marker = "o" if name == "right" else "x"
+            ax.errorbar(aside * x, 100 * share, yerr=around, fmt=marker, color=COLOURS[name], capsize=3, markersize=5)
         ax.annotate(str(len(own)), (x, 103), fontsize="x-small", ha="center")
     ax.set_ylim(-3, 110)
     ax.set_yticks(range(0, 101, 20))
@@ -223,7 +225,10 @@ def draw_success(_, pairs, __):
     right.xaxis.set_major_formatter(matplotlib.ticker.ScalarFormatter())
     for name, marker in (("right", "o"), ("wrong", "x")):
         left.plot([], [], marker, color=COLOURS[name], label=name)
-    left.legend(fontsize="small", loc="center left", title="95 % interval", title_fontsize="x-small")
+    left.set_xlim(0, 1.02)
+    left.figure.legend(loc="upper center", ncol=2, fontsize="small", frameon=False,
+                       title="with intervals of 95 %; number of pairs above", title_fontsize="small")
+    left.figure.subplots_adjust(top=0.84)
 
 
 FIGURES = {"times": draw_times, "growth": draw_growth, "overlap": draw_overlap, "errors": draw_errors,

@@ -33,7 +33,7 @@ struct evaluation_options {
   std::set<int> tables;              ///< of the paper, 2 to 7
   std::vector<std::string> methods;  ///< of `all_matchers`; empty: all
   std::vector<std::size_t> sizes;    ///< of simplified stem maps
-  double max_seconds = 10;           ///< a method that took longer is not run on more stems
+  double max_seconds = 10;           ///< a method that took longer is not run again on as many stems
   int threads = 0;
 
   bool has(int table) const { return tables.contains(table); }
@@ -170,7 +170,7 @@ class plot_evaluation {
     return {pair.outcome == outcome::registered, pair.coarse};
   }
 
-  // Fewest stems first, so that a method that is too slow is known before it meets many.
+  // Few stems first, so that it is known which method is too slow before it meets many.
   void match_alone() {
     std::vector<std::size_t> sizes = options_.sizes;
     std::sort(sizes.begin(), sizes.end());
@@ -197,7 +197,7 @@ class plot_evaluation {
     const std::size_t stems = std::max(maps.source.size(), maps.target.size());
     if (stems > max_stems || maps.source.empty() || maps.target.empty()) return;
     const match_run run = method.run(maps, options_.threads);
-    if (run.seconds > options_.max_seconds) max_stems = stems;
+    if (run.seconds > options_.max_seconds) max_stems = stems - 1;
     matching_result result{.plot = plot_.name, .source = plot_.scans[source], .target = plot_.scans[target]};
     result.with_middle = target == plot_.middle;
     result.method = method.name;
