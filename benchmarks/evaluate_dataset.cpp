@@ -41,7 +41,7 @@ struct command {
   std::string python = GLOBALMATCH_PYTHON;
   std::vector<int> tables = {2, 3, 4, 5, 6, 7};
   dataset_options dataset;
-  evaluation_options evaluation{.sizes = {50, 100, 200}};
+  evaluation_options evaluation;
 };
 
 void add_dataset_options(CLI::App& app, command& c) {

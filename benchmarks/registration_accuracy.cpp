@@ -44,7 +44,7 @@ mapped_station map_station(support::simulation& plot, std::size_t i, bool weight
 
 /// Two scans of a scene.
 struct registered_pair : evaluated_pair {
-  std::string scene;
+  std::string scene = {};
   std::uint64_t seed = 0;
   std::size_t source = 0, target = 0;  // stations
   bool neighbors = false;  // one of them is the first station, or they are next to each other around it

@@ -30,10 +30,10 @@ struct evaluation_options {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   matching_options matching;
   icp_options icp;
-  std::set<int> tables;              ///< of the paper, 2 to 7
-  std::vector<std::string> methods;  ///< of `all_matchers`; empty: all
-  std::vector<std::size_t> sizes;    ///< of simplified stem maps
-  double max_seconds = 10;           ///< a method that took longer is not run again on as many stems
+  std::set<int> tables;                             ///< of the paper, 2 to 7
+  std::vector<std::string> methods;                 ///< of `all_matchers`; empty: all
+  std::vector<std::size_t> sizes = {50, 100, 200};  ///< of simplified stem maps
+  double max_seconds = 10;  ///< a method that took longer is not run again on as many stems
   int threads = 0;
 
   bool has(int table) const { return tables.contains(table); }
@@ -42,9 +42,9 @@ struct evaluation_options {
 /// A scan mapped for the evaluation.
 struct mapped_scan {
   evaluated_scan scan;
-  std::optional<evaluated_scan> without;  ///< without the verticality constraint
-  std::optional<true_stems> stems;        ///< and the returns that they got in this scan
-  bool stems_are_of_plot = false;         ///< other scans have the same true stems
+  std::optional<evaluated_scan> without = {};  ///< without the verticality constraint
+  std::optional<true_stems> stems = {};        ///< and the returns that they got in this scan
+  bool stems_are_of_plot = false;              ///< other scans have the same true stems
   std::size_t points = 0;
 };
 

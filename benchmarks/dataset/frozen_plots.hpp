@@ -27,7 +27,8 @@ inline plot_to_evaluate frozen_plot(const std::string& name, std::uint64_t seed,
   simulated.seed = seed;
   if (angular_step > 0) simulated.scanner.angular_step = angular_step;
   const auto plot = std::make_shared<support::simulation>(simulated);
-  plot_to_evaluate result{.name = name + "_" + std::to_string(seed)};
+  plot_to_evaluate result;
+  result.name = name + "_" + std::to_string(seed);
   std::vector<std::optional<Eigen::Isometry3d>> poses;
   for (const support::station& station : plot->stations()) {
     poses.emplace_back(station.plot_from_scan);

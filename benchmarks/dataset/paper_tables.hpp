@@ -124,8 +124,9 @@ constexpr std::array<paper_plot, 6> paper_plots = {{
 inline const paper_plot* find_paper_plot(std::string_view name) {
   const auto letters = [](std::string_view text) {
     std::string kept;
-    for (const unsigned char c : text)
-      if (std::isalnum(c)) kept += static_cast<char>(std::tolower(c));
+    for (const char c : text)
+      if (std::isalnum(static_cast<unsigned char>(c)))
+        kept += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     for (const std::string_view prefix : {"tongjitrees", "tongji"})
       if (kept.starts_with(prefix)) kept.erase(0, prefix.size());
     return kept;

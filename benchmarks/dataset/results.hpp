@@ -17,9 +17,9 @@ namespace globalmatch::benchmarks {
 struct scan_result {
   std::string plot, scan;
   std::size_t points = 0, stems = 0;
-  double seconds = 0;                        ///< of mapping
-  std::optional<map_score> score;            ///< where true stems are known
-  std::optional<std::size_t> without_stems;  ///< without the verticality constraint
+  double seconds = 0;                             ///< of mapping
+  std::optional<map_score> score = {};            ///< where true stems are known
+  std::optional<std::size_t> without_stems = {};  ///< without the verticality constraint
   double without_seconds = 0;
 };
 
@@ -32,12 +32,12 @@ struct coarse_run {
 };
 
 struct pair_result : evaluated_pair {
-  std::string plot, source, target;
+  std::string plot = {}, source = {}, target = {};
   bool with_middle = false;    ///< the target is the middle scan
   double distance = 0;         ///< [m] between the scanners
   std::size_t common = 0;      ///< stems in both maps
   double mapping_seconds = 0;  ///< of both scans
-  std::optional<coarse_run> four_dof, six_dof, without_verticality;
+  std::optional<coarse_run> four_dof = {}, six_dof = {}, without_verticality = {};
 
   /// Stems in both maps over those in the smaller map.
   double overlap() const {
@@ -50,11 +50,11 @@ struct pair_result : evaluated_pair {
 struct matching_result {
   std::string plot, source, target;
   bool with_middle = false;
-  std::string method;
+  std::string method = {};
   std::size_t size = 0;  ///< stems in each map, selected so; 0: all
   std::size_t source_stems = 0, target_stems = 0, common = 0;
   double seconds = 0;
-  std::optional<registration_error> error;  ///< where it returned a transform
+  std::optional<registration_error> error = {};  ///< where it returned a transform
 
   bool right() const { return error && error->success(); }
 };

@@ -27,11 +27,11 @@ inline std::vector<true_find> common_stems(const evaluated_scan& source, const e
 
 /// Stems of a map with true stems of the plot that they are, by index; those seen in the scan only.
 inline std::vector<std::size_t> found_stems(const evaluated_scan& scan, const true_stems& truth) {
-  std::vector<Eigen::Vector3d> positions;
+  std::vector<Eigen::Vector3d> places;
   const std::vector<std::size_t> seen = seen_stems(truth);
-  for (const std::size_t s : seen) positions.push_back(truth.positions[s]);
+  for (const std::size_t s : seen) places.push_back(truth.positions[s]);
   std::vector<std::size_t> found;
-  for (const true_find& pair : pair_finds(stems_in_plot(scan), positions, same_stem))
+  for (const true_find& pair : pair_finds(stems_in_plot(scan), places, same_stem))
     found.push_back(seen[pair.stem]);
   std::sort(found.begin(), found.end());
   return found;
