@@ -89,6 +89,11 @@ void add_evaluation_options(CLI::App& app, command& c) {
   app.add_option("--methods", c.evaluation.methods, "of matching alone; all if not given")->delimiter(',');
   app.add_option("--sizes", c.evaluation.sizes, "stems of simplified maps, for matching alone")
       ->delimiter(',')
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--ranges", c.evaluation.ranges,
+                 "[m] around the scanners, at which maps are cut off for success against common stems")
+      ->delimiter(',')
       ->capture_default_str();
   app.add_option("--max-seconds", c.evaluation.max_seconds,
                  "a method that takes longer for a pair is not run again on as many stems, or more")
@@ -200,6 +205,8 @@ int main(int argc, char** argv) {
     c.evaluation.matching = shared.for_matching();
     c.evaluation.icp = shared.for_icp();
     c.evaluation.threads = shared.threads;
+    std::sort(c.evaluation.sizes.begin(), c.evaluation.sizes.end());
+    std::sort(c.evaluation.ranges.begin(), c.evaluation.ranges.end());
     dataset_results results;
     if (c.frozen)
       evaluate_frozen(c, results);

@@ -8,7 +8,8 @@ growth              running time against stems, with fitted exponents
 overlap             histogram of stem-based overlap, with the success in each bin
 errors              pointwise errors of the pairs without the middle scan, cut at 10 m
 degrees_of_freedom  horizontal and vertical errors with 4 and with 6 degrees of freedom
-success             success against overlap and against common stems, with intervals of 95 % (Wilson)
+success             success against overlap and against common stems, with intervals of 95 % (Wilson);
+                    of matching alone on maps that are cut off, too
 """
 import csv
 import math
@@ -40,6 +41,12 @@ def outcome_of(pair):
     if pair["right"] == "1":
         return "right"
     return "wrong" if pair["outcome"] == "registered" else "refused"
+
+
+def outcome_of_run(run):
+    if run["right"] == "1":
+        return "right"
+    return "wrong" if run["found"] == "1" else "refused"
 
 
 def wilson(right, count):
@@ -131,7 +138,7 @@ def draw_overlap(_, pairs, __):
 
 def draw_errors(_, pairs, runs):
     others = [p for p in pairs if p["with_middle"] == "0"]
-    whole = [r for r in runs if r["with_middle"] == "0" and r["size"] == "all"]
+    whole = [r for r in runs if r["with_middle"] == "0" and r["size"] == "all" and not r["range"]]
     plots = list(dict.fromkeys(p["plot"] for p in others))
     if not plots:
         return False
@@ -194,41 +201,59 @@ def draw_degrees_of_freedom(_, pairs, __):
     return is_drawn
 
 
-def curve(ax, pairs, value, bins):
-    for low, high in bins:
-        own = [p for p in pairs if low <= value(p) < high]
-        if not own:
-            continue
-        x = sum(value(p) for p in own) / len(own)
-        for name, aside in (("right", 0.99), ("wrong", 1.01)):  # so that both intervals are seen
-            count = sum(outcome_of(p) == name for p in own)
-            least, most = wilson(count, len(own))
-            share = count / len(own)
-            around = [[max(0, 100 * (share - least))], [max(0, 100 * (most - share))]]
-            marker = "o" if name == "right" else "x"
-            ax.errorbar(aside * x, 100 * share, yerr=around, fmt=marker, color=COLOURS[name], capsize=3, markersize=5)
-        ax.annotate(str(len(own)), (x, 103), fontsize="x-small", ha="center")
-    ax.set_ylim(-3, 110)
-    ax.set_yticks(range(0, 101, 20))
-    ax.grid(alpha=0.3)
+OVERLAPS = [i / 10 for i in range(10)] + [math.inf]
+COMMON = [0, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 30, 50, 100, 200, math.inf]
 
 
-def draw_success(_, pairs, __):
-    _, (left, right) = pyplot.subplots(1, 2, figsize=(11, 4.2), sharey=True)
-    curve(left, pairs, lambda p: float(p["overlap"]), [(i / 10, (i + 1) / 10 + (i == 9)) for i in range(10)])
+def curve(ax, values, edges, colour, label, aside):
+    """Share of what is right, and of what is wrong below, in bins: pairs of a value and an outcome."""
+    for name, style in (("right", "o-"), ("wrong", "x:")):
+        xs, shares, around = [], [], [[], []]
+        for low, high in zip(edges, edges[1:]):
+            own = [(x, outcome) for x, outcome in values if low <= x < high]
+            if not own:
+                continue
+            share = sum(outcome == name for _, outcome in own) / len(own)
+            least, most = wilson(sum(outcome == name for _, outcome in own), len(own))
+            xs.append(sum(x for x, _ in own) / len(own) * aside)
+            shares.append(100 * share)
+            around[0].append(max(0, 100 * (share - least)))
+            around[1].append(max(0, 100 * (most - share)))
+        ax.errorbar(xs, shares, yerr=around, fmt=style, color=colour, capsize=2, markersize=4, linewidth=1,
+                    elinewidth=0.7, label=f"{label}, {name}")
+
+
+def draw_success(_, pairs, runs):
+    """Ours on all pairs, and each method on the maps as they are and cut off at ranges."""
+    series = {"ours, scans": (pairs, outcome_of)}
+    for method in dict.fromkeys(r["method"] for r in runs):
+        own = [r for r in runs if r["method"] == method and r["size"] == "all"]
+        series[f"{method}, maps"] = (own, outcome_of_run)
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(12, 4.8), sharey=True)
+    for i, (label, (own, outcome)) in enumerate(series.items()):
+        colour = "black" if i == 0 else f"C{i - 1}"
+        common = [(float(p["common"]), outcome(p)) for p in own]
+        smaller = [max(1, min(float(p["source_stems"]), float(p["target_stems"]))) for p in own]
+        overlap = [(n / of, result) for (n, result), of in zip(common, smaller)]
+        aside = 1 + 0.012 * (i - (len(series) - 1) / 2)  # so that all intervals are seen
+        curve(left, overlap, OVERLAPS, colour, label, aside)
+        curve(right, common, COMMON, colour, label, aside)
     left.set_xlabel("overlap: stems in both maps / stems in the smaller map")
-    left.set_ylabel("share of the pairs [%]")
-    edges = [0, 3, 5, 8, 12, 20, 35, 60, 100, math.inf]
-    curve(right, pairs, lambda p: float(p["common"]), list(zip(edges, edges[1:])))
-    right.set_xscale("symlog", linthresh=10)
+    left.set_ylabel("share of the pairs [%], 95 % intervals")
+    left.set_xlim(0, 1.03)
     right.set_xlabel("stems in both maps")
-    right.xaxis.set_major_formatter(matplotlib.ticker.ScalarFormatter())
-    for name, marker in (("right", "o"), ("wrong", "x")):
-        left.plot([], [], marker, color=COLOURS[name], label=name)
-    left.set_xlim(0, 1.02)
-    left.figure.legend(loc="upper center", ncol=2, fontsize="small", frameon=False,
-                       title="with intervals of 95 %; number of pairs above", title_fontsize="small")
-    left.figure.subplots_adjust(top=0.84)
+    right.set_xscale("symlog", linthresh=10)
+    right.set_xlim(left=0)
+    ticks = [t for t in (0, 2, 4, 6, 8, 10, 20, 50, 100, 200, 500) if t <= right.get_xlim()[1]]
+    right.set_xticks(ticks)
+    right.set_xticklabels(ticks)
+    for ax in (left, right):
+        ax.set_ylim(-3, 103)
+        ax.set_yticks(range(0, 101, 20))
+        ax.grid(alpha=0.3)
+    handles, labels = right.get_legend_handles_labels()
+    figure.subplots_adjust(top=0.8, wspace=0.05)
+    figure.legend(handles, labels, loc="upper center", ncol=len(series), fontsize="small", frameon=False)
 
 
 FIGURES = {"times": draw_times, "growth": draw_growth, "overlap": draw_overlap, "errors": draw_errors,

@@ -30,9 +30,10 @@ struct evaluation_options {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   matching_options matching;
   icp_options icp;
-  std::set<int> tables;                             ///< of the paper, 2 to 7
-  std::vector<std::string> methods;                 ///< of `all_matchers`; empty: all
-  std::vector<std::size_t> sizes = {50, 100, 200};  ///< of simplified stem maps
+  std::set<int> tables;                                ///< of the paper, 2 to 7
+  std::vector<std::string> methods;                    ///< of `all_matchers`; empty: all
+  std::vector<std::size_t> sizes = {50, 100, 200};     ///< of simplified stem maps
+  std::vector<double> ranges = {5, 6, 8, 11, 15, 20};  ///< [m] of maps that are cut off there
   double max_seconds = 10;  ///< a method that took longer is not run again on as many stems
   int threads = 0;
 
@@ -172,28 +173,30 @@ class plot_evaluation {
 
   // Few stems first, so that it is known which method is too slow before it meets many.
   void match_alone() {
-    std::vector<std::size_t> sizes = options_.sizes;
-    std::sort(sizes.begin(), sizes.end());
-    sizes.push_back(0);
+    std::vector<stem_selection> selections;
+    for (const double range : options_.ranges) selections.push_back({.count = 0, .range = range});
+    for (const std::size_t size : options_.sizes) selections.push_back({.count = size, .range = 0});
+    selections.push_back({});
     for (const matcher& method : all_matchers()) {
       const auto& wanted = options_.methods;
       if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), method.name) == wanted.end()) continue;
       std::size_t max_stems = method.max_stems;
-      for (const std::size_t size : sizes)
+      for (const stem_selection& selection : selections)
         for_each_pair([&](std::size_t source, std::size_t target) {
-          match_alone(method, source, target, size, max_stems);
+          match_alone(method, source, target, selection, max_stems);
         });
     }
   }
 
-  void match_alone(const matcher& method, std::size_t source, std::size_t target, std::size_t size,
-                   std::size_t& max_stems) {
+  void match_alone(const matcher& method, std::size_t source, std::size_t target,
+                   const stem_selection& selection, std::size_t& max_stems) {
     const evaluated_scan &a = scans_[source].scan, &b = scans_[target].scan;
-    const std::size_t larger = std::max(a.map.stems.size(), b.map.stems.size());
-    const bool is_smallest =
-        !options_.sizes.empty() && size == std::min_element(options_.sizes.begin(), options_.sizes.end())[0];
-    if (size > 0 && size >= larger && !is_smallest) return;  // those are the whole maps
-    const two_maps maps = select_stems(a, b, truth(source, target), size);
+    const two_maps maps = select_stems(a, b, truth(source, target), selection);
+    // Where that are the whole maps they are not matched again, but for table 7.
+    const bool is_of_table = !options_.sizes.empty() && selection.count == options_.sizes[0];
+    const bool is_whole =
+        maps.source.size() == a.map.stems.size() && maps.target.size() == b.map.stems.size();
+    if (is_whole && !selection.is_whole() && !is_of_table) return;
     const std::size_t stems = std::max(maps.source.size(), maps.target.size());
     if (stems > max_stems || maps.source.empty() || maps.target.empty()) return;
     const match_run run = method.run(maps, options_.threads);
@@ -201,7 +204,7 @@ class plot_evaluation {
     matching_result result{.plot = plot_.name, .source = plot_.scans[source], .target = plot_.scans[target]};
     result.with_middle = target == plot_.middle;
     result.method = method.name;
-    result.size = size;
+    result.selection = selection;
     result.source_stems = maps.source.size();
     result.target_stems = maps.target.size();
     result.common = maps.common;

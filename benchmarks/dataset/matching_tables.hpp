@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <set>
 #include <string>
 #include <utility>
@@ -23,13 +24,14 @@ class matching_tables : result_tables {
   void print() {
     print_matching();
     print_matching_sizes();
+    print_common();
   }
 
  private:
   std::vector<std::size_t> sizes() const {
     std::set<std::size_t> sizes;
     for (const matching_result& run : results_.matchings)
-      if (run.size > 0) sizes.insert(run.size);
+      if (run.selection.count > 0) sizes.insert(run.selection.count);
     std::vector<std::size_t> ordered(sizes.begin(), sizes.end());
     ordered.push_back(0);
     return ordered;
@@ -71,12 +73,13 @@ class matching_tables : result_tables {
     for (const std::string& method : methods_) {
       std::vector<std::pair<double, double>> times;
       for (const matching_result& run : results_.matchings)
-        if (run.method == method && run.seconds > 0) times.push_back({stems_of(run), run.seconds});
+        if (run.method == method && run.seconds > 0 && run.selection.range == 0)
+          times.push_back({stems_of(run), run.seconds});
       for (const std::size_t size : sizes()) {
         std::vector<double> seconds, stems;
         std::size_t right = 0;
         for (const matching_result& run : results_.matchings) {
-          if (run.method != method || run.size != size) continue;
+          if (run.method != method || run.selection.count != size || run.selection.range > 0) continue;
           seconds.push_back(run.seconds);
           stems.push_back(stems_of(run));
           right += run.right();
@@ -87,6 +90,45 @@ class matching_tables : result_tables {
                          std::to_string(count), share(right, count), fixed(detail::median(seconds), 4),
                          exponent(times)});
       }
+    }
+  }
+
+  void print_common() {
+    title("Success of matching alone against overlap and common stems");
+    note(
+        "Maps cut off at ranges around their scanners, and whole ones; all pairs, right [%], its interval of "
+        "95 % confidence (Wilson), number of pairs, and how many of them are wrong. The others are refused.");
+    print_bins("overlap", {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8}, 1,
+               [](const matching_result& run) { return run.overlap(); });
+    print_bins("stems in both maps", {0, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 30, 50, 100}, 0,
+               [](const matching_result& run) { return double(run.common); });
+  }
+
+  // A row for each bin, a column for each method; the last bin is open.
+  template <class Value>
+  void print_bins(const std::string& what, const std::vector<double>& edges, int digits, const Value& value) {
+    table_row head = {what};
+    head.insert(head.end(), methods_.begin(), methods_.end());
+    print_head(out_, head);
+    for (std::size_t bin = 0; bin < edges.size(); ++bin) {
+      const double end = bin + 1 < edges.size() ? edges[bin + 1] : std::numeric_limits<double>::infinity();
+      table_row row = {"from " + fixed(edges[bin], digits) +
+                       (std::isinf(end) ? "" : " to below " + fixed(end, digits))};
+      std::size_t all = 0;
+      for (const std::string& method : methods_) {
+        std::size_t count = 0, right = 0, wrong = 0;
+        for (const matching_result& run : results_.matchings) {
+          if (run.method != method || run.selection.count > 0) continue;
+          if (value(run) < edges[bin] || value(run) >= end) continue;
+          ++count;
+          right += run.right();
+          wrong += run.wrong();
+        }
+        row.push_back(
+            share(right, count) +
+            (count == 0 ? "" : " of " + std::to_string(count) + ", " + std::to_string(wrong) + " wrong"));
+      }
+      if (all > 0) print_row(out_, row);
     }
   }
 

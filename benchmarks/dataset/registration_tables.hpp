@@ -113,7 +113,7 @@ class registration_tables : result_tables {
     for (const std::string& method : methods_) {
       std::size_t runs = 0, runs_right = 0;
       for (const matching_result& run : results_.matchings) {
-        if ((!is_all && run.plot != name) || run.method != method || run.size != 0) continue;
+        if ((!is_all && run.plot != name) || run.method != method || !run.selection.is_whole()) continue;
         ++runs;
         runs_right += run.right();
       }

@@ -91,7 +91,8 @@ class result_tables {
   mean_errors of_method(const std::string& plot, const std::string& method, std::size_t size) const {
     mean_errors errors;
     for (const matching_result& run : results_.matchings) {
-      if (run.plot != plot || run.method != method || run.size != size || !run.with_middle) continue;
+      if (run.plot != plot || run.method != method || !run.with_middle) continue;
+      if (run.selection.count != size || run.selection.range > 0) continue;
       ++errors.count;
       if (run.right()) errors.add(*run.error);
     }

@@ -4,6 +4,7 @@
 #include <globalmatch/evaluation.hpp>
 
 #include "evaluated_pairs.hpp"
+#include "stem_selection.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -51,12 +52,15 @@ struct matching_result {
   std::string plot, source, target;
   bool with_middle = false;
   std::string method = {};
-  std::size_t size = 0;  ///< stems in each map, selected so; 0: all
+  stem_selection selection = {};
   std::size_t source_stems = 0, target_stems = 0, common = 0;
   double seconds = 0;
   std::optional<registration_error> error = {};  ///< where it returned a transform
 
   bool right() const { return error && error->success(); }
+  bool wrong() const { return error && !error->success(); }
+  /// Stems in both maps over those in the smaller map.
+  double overlap() const { return double(common) / double(std::min(source_stems, target_stems)); }
 };
 
 struct dataset_results {
@@ -119,12 +123,15 @@ inline void write_pairs(std::ostream& out, const std::vector<pair_result>& pairs
 }
 
 inline void write_matchings(std::ostream& out, const std::vector<matching_result>& runs) {
-  out << "plot,source,target,with_middle,method,size,source_stems,target_stems,common,seconds,found,right,"
+  out << "plot,source,target,with_middle,method,size,range,source_stems,target_stems,common,seconds,found,"
+         "right,"
          "e_p,e_R,e_t\n";
   for (const matching_result& r : runs) {
     out << csv_field(r.plot) << ',' << csv_field(r.source) << ',' << csv_field(r.target) << ','
-        << r.with_middle << ',' << r.method << ',' << (r.size == 0 ? "all" : std::to_string(r.size)) << ','
-        << r.source_stems << ',' << r.target_stems << ',' << r.common << ',' << r.seconds << ','
+        << r.with_middle << ',' << r.method << ','
+        << (r.selection.count == 0 ? "all" : std::to_string(r.selection.count)) << ',';
+    if (r.selection.range > 0) out << r.selection.range;
+    out << ',' << r.source_stems << ',' << r.target_stems << ',' << r.common << ',' << r.seconds << ','
         << r.error.has_value() << ',' << r.right() << ',';
     if (r.error)
       out << r.error->pointwise << ',' << r.error->rotation << ',' << r.error->translation << '\n';

@@ -37,12 +37,25 @@ inline std::vector<std::size_t> found_stems(const evaluated_scan& scan, const tr
   return found;
 }
 
+/// Which stems of a map: as many as `count`, and those within `range` [m] of the scanner, horizontally; 0:
+/// all.
+struct stem_selection {
+  std::size_t count = 0;
+  double range = 0;
+
+  bool is_whole() const { return count == 0 && range == 0; }
+  bool has(const stem& s) const { return range == 0 || s.position.head<2>().norm() <= range; }
+};
+
 /// `count` stems of each map, as [GM] 5.3 prepares them for methods that bear no more: all that are common
 /// first, those nearest to the middle between both scanners first; then those nearest to the own scanner.
-/// 0: all stems.
 inline two_maps select_stems(const evaluated_scan& source, const evaluated_scan& target,
-                             const Eigen::Isometry3d& target_from_source, std::size_t count) {
+                             const Eigen::Isometry3d& target_from_source, const stem_selection& selection) {
   std::vector<true_find> pairs = common_stems(source, target, target_from_source);
+  const std::size_t count = selection.count;
+  std::erase_if(pairs, [&](const true_find& pair) {
+    return !selection.has(source.map.stems[pair.find]) || !selection.has(target.map.stems[pair.stem]);
+  });
   const Eigen::Vector3d middle = 0.5 * target_from_source.translation();  // frame of the target
   std::stable_sort(pairs.begin(), pairs.end(), [&](const true_find& a, const true_find& b) {
     const auto& stems = target.map.stems;
@@ -57,7 +70,7 @@ inline two_maps select_stems(const evaluated_scan& source, const evaluated_scan&
     }
     const auto behind = std::ptrdiff_t(order.size());
     for (std::size_t i = 0; i < map.stems.size(); ++i)
-      if (!taken[i]) order.push_back(i);
+      if (!taken[i] && selection.has(map.stems[i])) order.push_back(i);
     std::stable_sort(order.begin() + behind, order.end(), [&](std::size_t a, std::size_t b) {
       return map.stems[a].position.norm() < map.stems[b].position.norm();
     });
