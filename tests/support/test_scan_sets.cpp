@@ -29,6 +29,7 @@ TEST_CASE("a folder stands for the scans in it, by name, and a file of several f
   const std::string scan = "1\n1\n" + pose + "1 2 3 0\n";
   const auto two = directory.file("two.ptx", scan + scan);
   const std::string name = two.string();
+  CHECK(holds_scans(folder));
   CHECK(find_scans({two, folder}) ==
         std::vector<std::filesystem::path>{name + "#1", name + "#2", folder / "a.ply", folder / "b.PLY"});
   CHECK(name_of(name + "#2") == "two_2");
@@ -39,6 +40,7 @@ TEST_CASE("a folder without scans is refused, and one without --tiles is no scan
   const temporary_directory directory;
   const auto find = [](const std::filesystem::path& path) { find_scans({path}); };
   require_error(directory.path(), find, "holds no scans", ".laz");
+  CHECK_FALSE(holds_scans(directory.path()));
   require_error(directory.path(), read_scan, "is a folder", "--tiles");
   const auto open = [](const std::filesystem::path& path) { open_scan(path, {.tiles = true}); };
   require_error(directory.path(), open, "holds no scans", ".laz");
