@@ -14,12 +14,10 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
-#include <limits>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace globalmatch::benchmarks {

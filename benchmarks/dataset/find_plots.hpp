@@ -15,6 +15,7 @@
 #include <ostream>
 #include <string>
 #include <system_error>
+#include <utility>
 #include <vector>
 
 namespace globalmatch::benchmarks {
@@ -152,7 +153,7 @@ inline bool list_plots(const std::filesystem::path& folder, const dataset_option
     } catch (const support::file_error& error) {
       for (const auto& scan : scans_of(path, options.scans))
         out << "  scan  " << support::name_of(scan) << '\n';
-      out << "  missing: " << error.what() << '\n';
+      out << "  problem: " << error.what() << '\n';
       is_complete = false;
     }
   }

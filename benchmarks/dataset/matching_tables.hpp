@@ -5,7 +5,6 @@
 
 #include "result_tables.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>

@@ -8,9 +8,9 @@
 #include "support/text_fields.hpp"
 #include "support/transform_files.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>

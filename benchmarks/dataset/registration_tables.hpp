@@ -3,12 +3,9 @@
 
 #include "result_tables.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <set>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace globalmatch::benchmarks {

@@ -8,7 +8,6 @@
 #include "wilson.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <ostream>
 #include <string>

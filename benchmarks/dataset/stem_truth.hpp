@@ -19,7 +19,6 @@
 #include <string>
 #include <system_error>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 namespace globalmatch::benchmarks {

@@ -6,10 +6,9 @@
 #include "matrix_tables.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <iomanip>
-#include <map>
+#include <limits>
 #include <optional>
 #include <sstream>
 #include <string>

@@ -77,7 +77,7 @@ TEST_CASE("evaluate_dataset --list says what is there and what is missing") {
   directory.file("plot/a.pose", identity);
   REQUIRE(evaluate(directory, "plot --list").status == 2);
   CHECK_THAT(bytes_of(directory / "stdout.log"),
-             Contains("scan  a") && Contains("missing: ") && Contains("has no truth for b"));
+             Contains("scan  a") && Contains("problem: ") && Contains("has no truth for b"));
   directory.file("plot/b.pose", identity);
   directory.file("plot/a_stems.csv", "x,y\n1,2\n");
   REQUIRE(evaluate(directory, "plot --list").status == 0);
