@@ -123,6 +123,7 @@ class matching_tables : result_tables {
           right += run.right();
           wrong += run.wrong();
         }
+        all += count;
         row.push_back(
             share(right, count) +
             (count == 0 ? "" : " of " + std::to_string(count) + ", " + std::to_string(wrong) + " wrong"));

@@ -308,6 +308,7 @@ TEST_CASE("evaluate_dataset writes tables with the paper's numbers beside those 
   CHECK(own < beside);
   CHECK(beside < tables.find("The paper's own data"));
   CHECK_THAT(tables, Contains("([GM] table 6)") && Contains("([GM] table 7)") && !Contains("([GM] table 5)"));
+  CHECK_THAT(tables, Contains("| stems in both maps | index |\n|---|---|\n| from "));
   const auto runs = numbers_in(directory / "out/matching.csv");
   REQUIRE(runs.at("source_stems").size() == 30);  // ten pairs: cut off, simplified and whole
   CHECK(std::count(runs.at("source_stems").begin(), runs.at("source_stems").end(), 20) >= 10);
