@@ -96,7 +96,7 @@ void add_evaluation_options(CLI::App& app, command& c) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--max-seconds", c.evaluation.max_seconds,
-                 "a method that takes longer for a pair is not run again on as many stems, or more")
+                 "a method is stopped then, and not run again on as many stems, or more")
       ->capture_default_str();
   app.add_option("--python", c.python, "interpreter with matplotlib that draws")->capture_default_str();
   app.add_flag("--no-figures", c.no_figures, "draw nothing");

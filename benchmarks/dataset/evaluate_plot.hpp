@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <functional>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -32,7 +33,7 @@ struct evaluation_options {
   std::vector<std::string> methods;                    ///< of `all_matchers`; empty: all
   std::vector<std::size_t> sizes = {50, 100, 200};     ///< of simplified stem maps
   std::vector<double> ranges = {5, 6, 8, 11, 15, 20};  ///< [m] of maps that are cut off there
-  double max_seconds = 10;  ///< a method that took longer is not run again on as many stems
+  double max_seconds = 10;  ///< a method is stopped then, and not run again on as many stems
   int threads = 0;
 
   bool has(int table) const { return tables.contains(table); }
@@ -178,7 +179,7 @@ class plot_evaluation {
     for (const matcher& method : all_matchers()) {
       const auto& wanted = options_.methods;
       if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), method.name) == wanted.end()) continue;
-      std::size_t max_stems = method.max_stems;
+      std::size_t max_stems = std::numeric_limits<std::size_t>::max();
       for (const stem_selection& selection : selections)
         for_each_pair([&](std::size_t source, std::size_t target) {
           match_alone(method, source, target, selection, max_stems);
@@ -197,8 +198,11 @@ class plot_evaluation {
     if (is_whole && !selection.is_whole() && !is_of_table) return;
     const std::size_t stems = std::max(maps.source.size(), maps.target.size());
     if (stems > max_stems || maps.source.empty() || maps.target.empty()) return;
-    const match_run run = method.run(maps, options_.threads);
-    if (run.seconds > options_.max_seconds) max_stems = stems - 1;
+    const match_run run = method.run(maps, {.threads = options_.threads, .seconds = options_.max_seconds});
+    if (run.stopped) {
+      max_stems = stems - 1;
+      return;
+    }
     matching_result result{.plot = plot_.name, .source = plot_.scans[source], .target = plot_.scans[target]};
     result.with_middle = target == plot_.middle;
     result.method = method.name;
