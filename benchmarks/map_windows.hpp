@@ -1,8 +1,6 @@
 // Windows of stem maps, as a survey sees them.
 #pragma once
 
-#include <globalmatch/stem_matching.hpp>
-
 #include "stem_layouts.hpp"
 #include "support/stem_files.hpp"
 
@@ -13,7 +11,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <numbers>
-#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -28,16 +25,6 @@ inline std::vector<positions> read_maps(const std::vector<std::filesystem::path>
     for (const auto& s : support::read_stems(file).stems) maps.back().push_back({s.x, s.y, s.z});
   }
   return maps;
-}
-
-/// [m] of each tree of each map; 0 where unknown.
-inline std::vector<std::vector<double>> read_radii(const std::vector<std::filesystem::path>& files) {
-  std::vector<std::vector<double>> radii;
-  for (const auto& file : files) {
-    radii.emplace_back();
-    for (const auto& s : support::read_stems(file).stems) radii.back().push_back(s.radius);
-  }
-  return radii;
 }
 
 /// A large map, or all others.
@@ -85,38 +72,23 @@ inline window cut_window(const positions& map, const Eigen::Vector3d& center, st
   return w;
 }
 
-/// Stems of one map.
-struct surveyed {
-  positions stems;
-  std::vector<double> radii;  ///< [m] of each stem, where they are measured
-};
-
 /// What a survey makes of a window: stems dropped, displaced by noise, and false ones added at any place in
-/// it, as thick as any tree there. `seen` receives the trees that are left; `radii` [m] are those of the
-/// trees.
-inline surveyed survey(const positions& map, const window& w, const view_options& view, random_source& random,
-                       std::set<std::size_t>& seen, const std::vector<double>& radii = {}) {
-  surveyed result;
-  const bool measures_radii = view.radius_noise && !radii.empty();
-  const auto measure = [&](std::size_t tree) {
-    constexpr double minimum = 0.01;  // [m]
-    const double radius = radii[tree] > 0 ? radii[tree] + *view.radius_noise * random.normal() : 0;
-    result.radii.push_back(radii[tree] > 0 ? std::max(minimum, radius) : 0);
-  };
+/// it. `seen` receives the trees that are left.
+inline positions survey(const positions& map, const window& w, const view_options& view,
+                        random_source& random, std::set<std::size_t>& seen) {
+  positions stems;
   for (const std::size_t i : w.trees)
     if (random.uniform() < view.detected) {
-      result.stems.push_back(map[i] + gaussian(random, view.noise));
-      if (measures_radii) measure(i);
+      stems.push_back(map[i] + gaussian(random, view.noise));
       seen.insert(i);
     }
-  for (auto i = std::size_t(view.false_stems * double(result.stems.size())); i > 0; --i) {
+  for (auto i = std::size_t(view.false_stems * double(stems.size())); i > 0; --i) {
     const double direction = uniform(random, 0, 2 * std::numbers::pi);
     const double distance = w.radius * std::sqrt(random.uniform());
-    result.stems.push_back(
-        w.center + Eigen::Vector3d(distance * std::cos(direction), distance * std::sin(direction), 0));
-    if (measures_radii) measure(any_of(w.trees, random));
+    stems.push_back(w.center +
+                    Eigen::Vector3d(distance * std::cos(direction), distance * std::sin(direction), 0));
   }
-  return result;
+  return stems;
 }
 
 /// Two windows of a map, and how many stems are in both.
@@ -132,8 +104,7 @@ struct center_distance {
 
 /// Two windows that overlap. None shows more than half of the map, or the other could not but show the same.
 inline window_pair cut_pair(const positions& map, std::size_t trees, const view_options& view,
-                            random_source& random, const center_distance& apart = {},
-                            const std::vector<double>& radii = {}) {
+                            random_source& random, const center_distance& apart = {}) {
   trees = std::min(trees, map.size() / 2);
   const Eigen::Vector3d& place = map[random.below(static_cast<std::uint32_t>(map.size()))];
   const window first = cut_window(map, place, trees);
@@ -143,10 +114,8 @@ inline window_pair cut_pair(const positions& map, std::size_t trees, const view_
       cut_window(map, place + distance * Eigen::Vector3d(std::cos(direction), std::sin(direction), 0), trees);
   window_pair pair;
   std::set<std::size_t> in_first, in_second;
-  surveyed source = survey(map, first, view, random, in_first, radii),
-           target = survey(map, second, view, random, in_second, radii);
-  pair.maps.source = std::move(source.stems), pair.maps.source_radii = std::move(source.radii);
-  pair.maps.target = std::move(target.stems), pair.maps.target_radii = std::move(target.radii);
+  pair.maps.source = survey(map, first, view, random, in_first);
+  pair.maps.target = survey(map, second, view, random, in_second);
   pair.maps.target_from_source =
       Eigen::Translation3d(uniform(random, -100, 100), uniform(random, -100, 100), 5) *
       Eigen::AngleAxisd(uniform(random, -std::numbers::pi, std::numbers::pi), Eigen::Vector3d::UnitZ());
@@ -164,7 +133,6 @@ inline bool is_right(const Eigen::Isometry3d& transform, const two_maps& maps, d
 /// Two maps with nothing in common.
 struct unrelated {
   positions source, target;
-  std::vector<double> source_radii = {}, target_radii = {};  // [m] of each stem, where they are measured
 };
 
 inline void move_elsewhere(positions& stems, random_source& random) {
@@ -172,22 +140,11 @@ inline void move_elsewhere(positions& stems, random_source& random) {
   for (Eigen::Vector3d& p : stems) p = by * p;
 }
 
-/// Matches two maps by positions, and radii where both have them.
-template <class Maps>
-matching match_measured(const Maps& maps, const matching_options& options = {}) {
-  if (maps.source_radii.empty() || maps.target_radii.empty())
-    return match_stems(maps.source, maps.target, options);
-  return match_stems(with_radii(maps.source, maps.source_radii), with_radii(maps.target, maps.target_radii),
-                     options);
-}
-
 /// Makes pairs of windows of real maps.
 class window_source {
  public:
-  /// `radii` [m] are those of the trees of each map, measured with `radius_noise` [m], or nothing.
-  window_source(const std::vector<positions>& maps, std::size_t max_stems,
-                const std::vector<std::vector<double>>& radii = {}, std::optional<double> radius_noise = {})
-      : maps_(maps), max_stems_(max_stems), radii_(radii), radius_noise_(radius_noise) {}
+  window_source(const std::vector<positions>& maps, std::size_t max_stems)
+      : maps_(maps), max_stems_(max_stems) {}
 
   /// Of trees of one map or two, none of them in both.
   unrelated pair(random_source& random) const {
@@ -199,8 +156,8 @@ class window_source {
           (of_source.center - of_target.center).head<2>().norm() < of_source.radius + of_target.radius)
         continue;
       const double noise = any_of<double>({0.02, 0.05, 0.1}, random);
-      surveyed of_a = seen(a, of_source, noise, random);
-      result = both(std::move(of_a), seen(b, of_target, noise, random));
+      result.source = seen(a, of_source, noise, random);
+      result.target = seen(b, of_target, noise, random);
       move_elsewhere(result.target, random);
       return result;
     }
@@ -217,8 +174,7 @@ class window_source {
     const positions& map = any_map(random);
     const window shown = any_window(map, random);
     const double noise = any_of<double>({0.02, 0.05, 0.1}, random);
-    surveyed first = seen(map, shown, noise, random);
-    return both(std::move(first), seen(map, shown, noise, random));
+    return {seen(map, shown, noise, random), seen(map, shown, noise, random)};
   }
 
  private:
@@ -247,24 +203,15 @@ class window_source {
     return cut_window(map, any_of(map, random), trees);
   }
 
-  static unrelated both(surveyed&& source, surveyed&& target) {
-    return {std::move(source.stems), std::move(target.stems), std::move(source.radii),
-            std::move(target.radii)};
-  }
-
-  surveyed seen(const positions& map, const window& w, double noise, random_source& random) const {
+  static positions seen(const positions& map, const window& w, double noise, random_source& random) {
     std::set<std::size_t> trees;
-    const auto number = std::size_t(&map - maps_.data());
-    surveyed seen = survey(map, w, {.noise = noise, .radius_noise = radius_noise_}, random, trees,
-                           radii_.empty() ? std::vector<double>() : radii_[number]);
-    for (Eigen::Vector3d& p : seen.stems) p -= w.center;
-    return seen;
+    positions stems = survey(map, w, {.noise = noise}, random, trees);
+    for (Eigen::Vector3d& p : stems) p -= w.center;
+    return stems;
   }
 
   const std::vector<positions>& maps_;
   std::size_t max_stems_;
-  std::vector<std::vector<double>> radii_;
-  std::optional<double> radius_noise_;
 };
 
 }  // namespace globalmatch::benchmarks

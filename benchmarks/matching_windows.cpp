@@ -92,7 +92,6 @@ int main(int argc, char** argv) {
   app.add_option("--proposal", proposal_name, "index or algorithm_1")
       ->check(CLI::IsMember({"index", "algorithm_1"}))
       ->capture_default_str();
-  app.add_option("--radius-noise", view.radius_noise, "of radii [m]; if not given they are not measured");
   app.add_option("--tolerance", inlier_threshold, "of matching [m]; 0: from the stems")
       ->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each number of common stems")
@@ -100,7 +99,6 @@ int main(int argc, char** argv) {
 
   return support::run_program(app, argc, argv, [&] {
     const std::vector<positions> maps = read_maps(files);
-    const std::vector<std::vector<double>> radii = read_radii(files);
     matching_options options;
     if (proposal_name == "algorithm_1") options.proposal = proposal::algorithm_1;
     if (inlier_threshold > 0) options.inlier_threshold = inlier_threshold;
@@ -116,11 +114,11 @@ int main(int argc, char** argv) {
         std::map<std::size_t, tally> by_common;
         double seconds = 0;
         for (std::size_t i = 0; i < windows; ++i) {
-          const std::size_t number = random.below(static_cast<std::uint32_t>(maps.size()));
-          if (maps[number].empty()) continue;
-          const window_pair pair = cut_pair(maps[number], count, view, random, {}, radii[number]);
+          const positions& map = maps[random.below(static_cast<std::uint32_t>(maps.size()))];
+          if (map.empty()) continue;
+          const window_pair pair = cut_pair(map, count, view, random);
           const support::stage_clock clock;
-          const matching result = match_measured(pair.maps, options);
+          const matching result = match_stems(pair.maps.source, pair.maps.target, options);
           seconds += clock.seconds();
           by_common[pair.common].add(decide_pair(result, pair.maps, noise));
         }

@@ -147,7 +147,7 @@ TEST_CASE("two scans with few common stems are registered by what their scanners
   std::size_t with = 0, without = 0, wrong = 0;
   for (std::uint64_t seed = 10; seed < 20; ++seed) {
     random_source random(seed);
-    two_stations scans(scenes::random_trunks(random, 220, 60), random, 4);
+    two_stations scans(scenes::random_trunks(random, 220, 60), random, 5);
     const auto is_right = [&](const registration& r) {
       wrong += r.target_from_source && scans.error_of(*r.target_from_source) > 0.5;
       return r.target_from_source && scans.error_of(*r.target_from_source) < 0.5;
@@ -161,8 +161,7 @@ TEST_CASE("two scans with few common stems are registered by what their scanners
         is_right(register_maps(scans.source.map, scans.target.map, scenes::with_icp(icp_metric::none)));
   }
   CHECK(wrong == 0);
-  CAPTURE(with, without);
-  CHECK(with >= 7);
+  CHECK(with >= 8);
   CHECK(without <= 5);
 }
 

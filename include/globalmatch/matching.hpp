@@ -51,7 +51,7 @@ enum class evidence_source {
   positions,  ///< how many stems are near others, and how near
   gaps,       ///< of a regular plantation: how many of its gaps match
   residuals,  ///< of a regular plantation: how well its stems fit
-  radii,      ///< positions, and how well the radii of stems agree; of a regular plantation: these alone
+  radii,      ///< of a regular plantation: how well the radii of stems agree
   visibility  ///< positions, and how rarely a scanner saw past the place of a stem of the other scan
 };
 

@@ -1,5 +1,5 @@
-// Scoring ranked hypotheses by all kinds of evidence: positions first and, where these do not decide, gaps
-// and residuals of a regular plantation, radii and visibility of a natural stand.
+// Scoring ranked hypotheses by all kinds of evidence: positions first and, in a regular plantation where
+// these do not decide, its gaps and residuals.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 #include "globalmatch/detail/matching/indexed_matching.hpp"
 #include "globalmatch/detail/matching/lattice_alternatives.hpp"
 #include "globalmatch/detail/matching/matching_context.hpp"
-#include "globalmatch/detail/matching/natural_stand_evidence.hpp"
 #include "globalmatch/detail/matching/planting_evidence.hpp"
 #include "globalmatch/detail/matching/planting_lattice.hpp"
 #include "globalmatch/detail/matching/position_evidence.hpp"
 #include "globalmatch/detail/matching/refine_threshold.hpp"
 #include "globalmatch/detail/matching/robust_fit.hpp"
 #include "globalmatch/detail/matching/verify.hpp"
+#include "globalmatch/detail/matching/visibility_evidence.hpp"
 
 namespace globalmatch::detail {
 
@@ -90,23 +90,29 @@ inline void add_planting_evidence(const plantation& planted, const position_evid
   add_evidence(planting, search_radius, positions, context, hypotheses);
 }
 
-/// Refines hypotheses of natural stands. Where positions do not decide that is first which these and further
-/// evidence together support best, as at its threshold the others are scored.
-inline void refine_in_natural_stand(std::vector<local_hypothesis>& hypotheses, position_evidence& positions,
-                                    const natural_stand_evidence& further, const matching_context& context) {
-  const auto is_decided = [&] {
-    return !further.is_known() || hypotheses.front().log10_nfa <= sufficient_log10_nfa;
-  };
-  if (!is_decided()) {
-    std::vector<double> log10_nfas;
-    for (const local_hypothesis& h : hypotheses) log10_nfas.push_back(further.score(h).log10_nfa);
-    const auto first = std::min_element(log10_nfas.begin(), log10_nfas.end()) - log10_nfas.begin();
-    std::rotate(hypotheses.begin(), hypotheses.begin() + first, hypotheses.begin() + first + 1);
-  }
-  refine(hypotheses, positions, context);
-  if (is_decided()) return;
+/// Puts the hypothesis first that visibility and positions together support best, where positions do not
+/// decide: at its threshold the others are scored.
+inline void put_first_by_visibility(const scan_views& views, const matching_context& context,
+                                    std::vector<local_hypothesis>& hypotheses) {
+  if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
+  const visibility_evidence visibility(context, views);
+  if (!visibility.is_known()) return;
+  std::vector<double> log10_nfas;
+  for (const local_hypothesis& h : hypotheses) log10_nfas.push_back(visibility.score(h).log10_nfa);
+  const auto first = std::min_element(log10_nfas.begin(), log10_nfas.end()) - log10_nfas.begin();
+  std::rotate(hypotheses.begin(), hypotheses.begin() + first, hypotheses.begin() + first + 1);
+}
+
+/// Asks the evidence of visibility where nothing else decides. Not for plantations: between the rows of one
+/// that is placed on another scanners see past no stems, wherever along the rows it is.
+inline void add_visibility_evidence(const scan_views& views, const matching_context& context,
+                                    std::vector<local_hypothesis>& hypotheses) {
+  if (hypotheses.front().log10_nfa <= sufficient_log10_nfa) return;
+  const visibility_evidence visibility(context, views);
+  if (!visibility.is_known()) return;
   for (local_hypothesis& h : hypotheses) {
-    const evidence_score scored = further.score(h);
+    const evidence_score scored = visibility.score(h);
+    if (scored.log10_nfa >= h.log10_nfa) continue;
     h.log10_nfa = scored.log10_nfa;
     h.evidence = scored.source;
   }

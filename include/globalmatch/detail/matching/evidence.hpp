@@ -7,8 +7,6 @@
 //   position_evidence   how many stems are near others    null_model: density and lattice of the target
 //   planting_evidence   how many gaps match, in a regular plantation     each place is a gap with their share
 //                       residuals of positions, and of radii     residuals under all shifts of the lattice
-//   radius_evidence     how well radii agree, elsewhere   the stems around have their place
-//   visibility_evidence how few stems should be hidden    all stems are turned about the scanner
 //
 // A new kind is a class like these, and a step of `add_evidence.hpp`.
 #pragma once
@@ -16,10 +14,8 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
-#include <numbers>
 #include <vector>
 
-#include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/matching/hypotheses.hpp"
 #include "globalmatch/matching.hpp"
 
@@ -48,16 +44,6 @@ inline void combine(local_hypothesis& h, const evidence_score& other) {
   if (combined >= h.log10_nfa || combined >= significant) return;
   h.evidence = other.source;
   h.log10_nfa = combined;
-}
-
-/// The NFA of a transform whose positions have `log10_nfa`, together with other evidence: several
-/// probabilities, of which `log10_product` is that of all, that are independent if maps have nothing in
-/// common. Positions have a probability as well, their NFA divided by the number of transforms.
-inline double with_independent(double log10_nfa, double log10_product, int probabilities) {
-  constexpr double log10_transforms = 15;  // at most
-  const double log_product = std::numbers::ln10 * (log10_nfa + log10_product - log10_transforms);
-  return std::min(log10_nfa,
-                  log10_transforms + log_product_tail(log_product, probabilities + 1) / std::numbers::ln10);
 }
 
 }  // namespace globalmatch::detail

@@ -170,10 +170,10 @@ class visibility_evidence {
   /// where stems stand in rows: these hide each other at many places along them. Where visibility supports a
   /// transform that is shifted as well it is no evidence.
   evidence_score score(const local_hypothesis& h) const {
-    constexpr double negligible = -2;  // `with_independent` asks for more
+    constexpr double negligible = -2;  // `combined` asks for more
     const double of_h = log10_probability(h, h.target_from_source);
     const bool is_evidence = of_h < negligible && !fits_shifted(h, of_h);
-    return {is_evidence ? with_independent(h.log10_nfa, of_h, 2) : h.log10_nfa, evidence_source::visibility,
+    return {is_evidence ? combined(h.log10_nfa, of_h) : h.log10_nfa, evidence_source::visibility,
             h.log10_nfa_poisson};
   }
 
@@ -228,6 +228,17 @@ class visibility_evidence {
     double pairs_, sigma_ = 0, spread_ = 0;  // spread [m^2]
     vec3 center_;
   };
+
+  /// If x is a product of n factors that are uniform between 0 and 1 it is below x with the probability x sum
+  /// (-ln x)^j / j!, j < n (Fisher 1932). Positions are such a factor, once their NFA is divided by the
+  /// number of transforms, of which there are 10^15 at most.
+  static double combined(double log10_nfa, double log10_probability) {
+    constexpr double log10_transforms = 15;
+    const double product = log10_nfa + log10_probability;
+    const double log_x = std::numbers::ln10 * std::max(0.0, log10_transforms - product);
+    const double with_both = product + std::log10(1 + log_x + log_x * log_x / 2);
+    return std::min(log10_nfa, with_both);
+  }
 
   const matching_context& context_;
   hidden_stems in_target_, in_source_;

@@ -174,13 +174,12 @@ inline matching match_prepared(const position_set& source, const prepared_stems&
     planted = {};
   }
   std::vector<local_hypothesis> hypotheses = positions.propose(max_hypotheses);
+  if (planted.source || planted.target) views = nullptr;
   if (!hypotheses.empty()) {
-    if (planted.source || planted.target) {
-      refine(hypotheses, positions, context);
-      add_planting_evidence(planted, positions, context, hypotheses);
-    } else {
-      refine_in_natural_stand(hypotheses, positions, natural_stand_evidence(context, views), context);
-    }
+    if (views) put_first_by_visibility(*views, context, hypotheses);
+    refine(hypotheses, positions, context);
+    add_planting_evidence(planted, positions, context, hypotheses);
+    if (views && !positions.may_be_planted()) add_visibility_evidence(*views, context, hypotheses);
     keep_best(hypotheses, max_hypotheses);
     complete_pairs(hypotheses.front(), context, positions.pairing());
     // Refitting may have moved them away from the prior, which was counted in their favour.
