@@ -19,7 +19,6 @@
 #include <iostream>
 #include <limits>
 #include <numbers>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -66,11 +65,9 @@ void round_polar(positions& stems, double angle, double step) {
   round_to(stems, 0.01);
 }
 
-void list_twice(positions& stems, std::vector<double>& radii, double apart, random_source& random) {
+void list_twice(positions& stems, double apart, random_source& random) {
   const std::size_t size = stems.size();
   for (std::size_t i = 0; i < size; ++i) stems.push_back(stems[i] + gaussian(random, apart));
-  const std::vector<double> once = radii;
-  radii.insert(radii.end(), once.begin(), once.end());
 }
 
 struct kind {
@@ -118,8 +115,8 @@ std::vector<kind> kinds_of(const window_source& windows, std::size_t max_stems) 
        [&windows](random_source& random) {
          unrelated pair = windows.pair(random);
          const double apart = any_of<double>({0, 0.05}, random);
-         list_twice(pair.source, pair.source_radii, apart, random);
-         list_twice(pair.target, pair.target_radii, apart, random);
+         list_twice(pair.source, apart, random);
+         list_twice(pair.target, apart, random);
          return pair;
        }},
   };
@@ -157,19 +154,17 @@ int main(int argc, char** argv) {
   std::vector<std::string> chosen;
   std::size_t pairs = 2000, max_stems = 300;
   std::uint64_t seed = 1;
-  std::optional<double> radius_noise;
   std::filesystem::path csv_file = "false_registrations.csv";
   app.add_option("MAP", files, "stem maps (CSV) that windows are cut from")->required();
   app.add_option("--kinds", chosen, "of pairs; all if not given")->delimiter(',');
   app.add_option("--pairs", pairs, "of each kind")->capture_default_str();
   app.add_option("--max-stems", max_stems, "of a map")->capture_default_str();
-  app.add_option("--radius-noise", radius_noise, "of radii of trees [m]; if not given they are not measured");
   app.add_option("--seed", seed, "of all that is random")->capture_default_str();
   app.add_option("--csv", csv_file, "file with a line for each pair")->capture_default_str();
 
   return support::run_program(app, argc, argv, [&] {
     const std::vector<positions> maps = read_maps(files);
-    const window_source windows(maps, max_stems, read_radii(files), radius_noise);
+    const window_source windows(maps, max_stems);
     support::atomic_file csv(csv_file);
     csv.stream() << "kind,pair,source,target,outcome,log10_nfa,pairs,inlier_threshold,probability,seconds\n";
     std::cout << "| unrelated maps | pairs | registered at 1e-3 | 1e-4 | 1e-5 | 1e-6 | ambiguous | smallest "
@@ -181,7 +176,7 @@ int main(int argc, char** argv) {
       for (std::size_t i = 0; i < pairs; ++i) {
         const unrelated pair = k.next(random);
         const support::stage_clock clock;
-        const matching result = match_measured(pair);
+        const matching result = match_stems(pair.source, pair.target);
         const double seconds = clock.seconds();
         of_kind.seconds += seconds;
         of_kind.add(result);

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -64,28 +65,41 @@ class ground_planes {
   position_index index_;
 };
 
+/// Vertical offsets [m] at some source points.
+inline std::vector<double> offsets_at(std::span<const keyed> points, std::size_t step,
+                                      const ground_planes& source, const ground_planes& target,
+                                      std::size_t min_neighbors) {
+  constexpr double max_offset = 15;  // [m]
+  std::vector<double> offsets;
+  for (std::size_t i = 0; i < points.size(); i += step) {
+    const vec3& p = source.points()[points[i].value];
+    const auto to = target.height_at(p.x, p.y, min_neighbors);
+    if (!to || std::abs(*to - p.z) > max_offset) continue;
+    if (const auto from = source.height_at(p.x, p.y, min_neighbors)) offsets.push_back(*to - *from);
+  }
+  return offsets;
+}
+
 /// Median vertical offset [m] of each block of 4 m that both see, at some of its source points, evenly
-/// picked.
+/// picked, or at all where both see few of these.
 inline std::vector<double> offsets_of_blocks(const ground_planes& source, const ground_planes& target,
                                              std::size_t min_neighbors) {
-  constexpr double block_width = 4, max_offset = 15;           // [m]
+  constexpr double block_width = 4;                            // [m]
   constexpr std::size_t min_offsets = 8, enough_places = 100;  // of a block
   const auto number = [&](double v) { return std::uint32_t(std::int32_t(std::floor(v / block_width))); };
   std::vector<keyed> by_block;
   for (std::size_t i = 0; i < source.points().size(); ++i)
     by_block.push_back({key_of(number(source.points()[i].x), number(source.points()[i].y)), i});
   sort_keyed(by_block);
-  std::vector<double> medians, offsets;
+  std::vector<double> medians;
   for (std::size_t first = 0, last = 0; first < by_block.size(); first = last) {
     poll_cancelled();
     while (last < by_block.size() && by_block[last].key == by_block[first].key) ++last;
-    offsets.clear();
-    for (std::size_t i = first; i < last; i += 1 + (last - first - 1) / enough_places) {
-      const vec3& p = source.points()[by_block[i].value];
-      const auto to = target.height_at(p.x, p.y, min_neighbors);
-      if (!to || std::abs(*to - p.z) > max_offset) continue;
-      if (const auto from = source.height_at(p.x, p.y, min_neighbors)) offsets.push_back(*to - *from);
-    }
+    const std::span<const keyed> block(by_block.data() + first, last - first);
+    const std::size_t step = 1 + (block.size() - 1) / enough_places;
+    std::vector<double> offsets = offsets_at(block, step, source, target, min_neighbors);
+    if (step > 1 && !offsets.empty() && offsets.size() < min_offsets)
+      offsets = offsets_at(block, 1, source, target, min_neighbors);
     if (offsets.size() >= min_offsets) medians.push_back(median(offsets));
   }
   return medians;

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <vector>
 
+#include "globalmatch/detail/core/keyed_sort.hpp"
 #include "globalmatch/detail/core/matrices.hpp"
 #include "globalmatch/detail/core/neighbor.hpp"
 #include "globalmatch/detail/core/position_index.hpp"
@@ -21,17 +22,20 @@ namespace globalmatch::detail {
 
 /// How stems stand about the places of a lattice.
 struct lattice_of_few {
-  double occupied = 0;  ///< share of the places among the stems that have one
-  double sigma = 0;     ///< [m] per coordinate, of stems from their places
+  static constexpr std::size_t max_stems = 48;  ///< of more it is not looked for
+
+  double occupied =
+      0;             ///< stems a place, one at most, in the rectangle of cells that holds them; 0: no lattice
+  double sigma = 0;  ///< [m] per coordinate, of stems from their places
 
   /// The larger, the more stems are near places of a lattice that has few others.
   double explains() const { return occupied > 0 ? occupied / (sigma * sigma) : 0; }
 
-  /// Probability that a stem of an unrelated map on an equal lattice is within `inlier_threshold` [m] of one,
-  /// once the lattices are aligned: both are as far off their places.
+  /// Probability that a stem of an unrelated map on an equal lattice is within `inlier_threshold` [m] of one
+  /// that has the same place: both are as far off it.
   double inlier_probability(double inlier_threshold) const {
     const double in_sigmas = inlier_threshold / sigma;
-    return occupied > 0 ? -occupied * std::expm1(-in_sigmas * in_sigmas / 4) : 0;
+    return occupied > 0 ? -std::expm1(-in_sigmas * in_sigmas / 4) : 0;
   }
 };
 
@@ -44,32 +48,45 @@ class few_stems_fit {
   /// line, or too few stems are near its places.
   lattice_of_few around(std::size_t origin, std::size_t first, std::size_t second) {
     constexpr double min_sine = 0.3;  // of the cell's angle
-    start_ = at(origin);
-    cell_ = {{at(first) - start_, at(second) - start_}};
-    const double area = std::abs(cell_.determinant());
-    if (!(area > min_sine * cell_.columns[0].norm() * cell_.columns[1].norm())) return {};
-    constexpr double max_residual = 0.25;  // of the cell's width
-    if (!refit(max_residual * std::sqrt(area))) return {};
+    constexpr double at_first = 0.6;  // of the stems are near, before most are: three stems are a rough start
+    const vec2 a = at(first) - at(origin), b = at(second) - at(origin);
+    if (!(std::abs(mat2{{a, b}}.determinant()) > min_sine * a.norm() * b.norm())) return {};
+    if (!set(at(origin), {{a, b}}) || !refit(at_first) || !refit(at_first)) return {};
     return about_places();
   }
 
  private:
+  static constexpr double most = 0.8;  // of the stems: some may be on no place
+
   const vec2& at(std::size_t i) const { return index_.at(stem_index(i)); }
+
+  bool set(const vec2& start, const mat2& cell) {
+    constexpr double max_residual = 0.25;  // of the cell's width
+    start_ = start;
+    cell_ = cell;
+    in_cells_ = cell.inverse();
+    max_square_ = max_residual * max_residual * std::abs(cell.determinant());
+    return max_square_ > 0;
+  }
 
   /// In cells, from the start.
   vec2 place_of(const vec2& stem) const {
-    const vec2 in_cells = cell_.inverse() * (stem - start_);
+    const vec2 in_cells = in_cells_ * (stem - start_);
     return {std::round(in_cells.x), std::round(in_cells.y)};
   }
-  vec2 residual(const vec2& stem) const { return stem - start_ - cell_ * place_of(stem); }
 
-  /// Least squares over the stems that are within `max_residual` [m] of their places.
-  bool refit(double max_residual) {
+  /// Least squares over the stems that are near their places, if at least such a share of them is.
+  bool refit(double min_share) {
     mat3 normal;
     vec3 right_x, right_y;
+    const double max_far = (1 - min_share) * double(index_.size());
+    double far = 0;
     for (std::size_t i = 0; i < index_.size(); ++i) {
-      if (residual(at(i)).norm() > max_residual) continue;
       const vec2 place = place_of(at(i));
+      if ((at(i) - start_ - cell_ * place).squared_norm() > max_square_) {
+        if (++far > max_far) return false;
+        continue;
+      }
       const vec3 row{1, place.x, place.y};
       normal += outer(row, row);
       right_x += at(i).x * row;
@@ -77,26 +94,24 @@ class few_stems_fit {
     }
     if (!normal.is_invertible()) return false;
     const vec3 x = normal.inverse() * right_x, y = normal.inverse() * right_y;
-    start_ = {x.x, y.x};
-    cell_ = {{{x.y, y.y}, {x.z, y.z}}};
-    return std::abs(cell_.determinant()) > 0;
+    return set({x.x, y.x}, {{{x.y, y.y}, {x.z, y.z}}});
   }
 
-  /// By most of the stems: some may be on no place.
   lattice_of_few about_places() {
-    constexpr double most = 0.8, square_of_most = 3.219;  // of two normal coordinates
-    constexpr double fitted = 3;                          // stems that a lattice always fits
+    constexpr double square_of_most = 3.219;  // of two normal coordinates
+    constexpr double fitted = 3;              // stems that a lattice always fits
     const double count = double(index_.size());
     squares_.clear();
     vec2 low{}, high{};
     for (std::size_t i = 0; i < index_.size(); ++i) {
-      squares_.push_back(residual(at(i)).squared_norm());
       const vec2 place = place_of(at(i));
+      squares_.push_back((at(i) - start_ - cell_ * place).squared_norm());
       low = {std::min(low.x, place.x), std::min(low.y, place.y)};
       high = {std::max(high.x, place.x), std::max(high.y, place.y)};
     }
-    const double places = (high.x - low.x + 1) * (high.y - low.y + 1);
     const double of_most = nth_smallest(squares_, std::size_t(std::ceil(most * count)) - 1);
+    if (of_most > max_square_) return {};
+    const double places = (high.x - low.x + 1) * (high.y - low.y + 1);
     constexpr double min_sigma = 1e-3;  // [m] no stem is planted better
     return {std::min(1.0, count / places),
             std::max(min_sigma, std::sqrt(of_most / square_of_most * count / (count - fitted)))};
@@ -104,7 +119,8 @@ class few_stems_fit {
 
   const position_index& index_;
   vec2 start_;
-  mat2 cell_;
+  mat2 cell_, in_cells_;   // and its inverse
+  double max_square_ = 0;  // [m^2] of a stem that is near its place
   std::vector<double> squares_;
 };
 
@@ -126,33 +142,60 @@ inline lattice_of_few best_lattice(const position_index& index) {
   return best;
 }
 
-/// Stems that are each moved to any place nearer than `distance` [m].
-inline position_set scattered(const position_set& stems, double distance, random_source& random) {
-  position_set moved;
-  for (const vec3& p : stems.at) {
-    const double direction = 2 * std::numbers::pi * random.uniform(),
-                 far = distance * std::sqrt(random.uniform());
-    moved.at.push_back(p + vec3{far * std::cos(direction), far * std::sin(direction), 0});
+/// Stems as dense, each moved to any place near it so that a lattice is lost and the map is hardly larger.
+/// How does not depend on the order of the stems nor on their frame.
+class random_neighborhoods {
+ public:
+  explicit random_neighborhoods(const position_set& stems, const position_index& index) : stems_(stems) {
+    constexpr std::size_t around = 3;     // stems of a lattice are next to four
+    constexpr double displacement = 0.6;  // of their distance
+    std::vector<neighbor<double>> nearest;
+    std::vector<double> squares;
+    for (std::size_t i = 0; i < stems.size(); ++i) {
+      index.nearest(i, around, nearest);
+      squares.push_back(nearest.back().squared_distance);
+      center_ += stems.at[i] / double(stems.size());
+    }
+    distance_ = displacement * std::sqrt(median(squares));
+    for (std::size_t i = 0; i < stems.size(); ++i)
+      from_center_.push_back({key_of((stems.at[i] - center_).xy().squared_norm()), i});
+    std::sort(from_center_.begin(), from_center_.end());
   }
-  return moved;
-}
+
+  position_set next(random_source& random) const {
+    position_set moved;
+    for (const keyed& stem : from_center_) {
+      const vec3& p = stems_.at[stem.value];
+      const double direction =
+          std::atan2(p.y - center_.y, p.x - center_.x) + 2 * std::numbers::pi * random.uniform();
+      const double far = distance_ * std::sqrt(random.uniform());
+      moved.at.push_back(p + vec3{far * std::cos(direction), far * std::sin(direction), 0});
+    }
+    return moved;
+  }
+
+ private:
+  const position_set& stems_;
+  vec3 center_;
+  double distance_ = 0;  // [m]
+  std::vector<keyed> from_center_;
+};
 
 /// The lattice that few stems are probably planted on: it explains more of them than of nearly all of some
 /// maps whose stems are as many, as densely, at random. None (nothing is occupied) where it does not, of
 /// fewer stems than four, or of so many that they show it when they are shifted. Cost: quadratic in the
 /// stems.
 inline lattice_of_few find_lattice_of_few(const position_set& stems) {
-  constexpr std::size_t min_stems = 4, max_stems = 24, random_maps = 19, may_explain_more = 2;
-  constexpr double displacement = 0.6;  // of the spacing: a lattice is lost, and the map hardly larger
-  if (stems.size() < min_stems || stems.size() > max_stems) return {};
+  constexpr std::size_t min_stems = 4, random_maps = 19, may_explain_more = 2;
+  if (stems.size() < min_stems || stems.size() > lattice_of_few::max_stems) return {};
   const position_index index(stems);
   const lattice_of_few best = best_lattice(index);
+  if (best.occupied == 0) return {};
+  const random_neighborhoods at_random(stems, index);
   random_source random(1);
   std::size_t explain_more = 0;
   for (std::size_t i = 0; i < random_maps && explain_more <= may_explain_more; ++i)
-    explain_more +=
-        best_lattice(position_index(scattered(stems, displacement * index.spacing(), random))).explains() >=
-        best.explains();
+    explain_more += best_lattice(position_index(at_random.next(random))).explains() >= best.explains();
   return explain_more <= may_explain_more ? best : lattice_of_few{};
 }
 

@@ -52,11 +52,16 @@ inline background_density paired_background(const local_hypothesis& h, const mat
 /// that have nothing in common but their spacing are one lattice then.
 inline lattice_of_few lattice_of_both(const local_hypothesis& h, const matching_context& context) {
   position_set both;
-  both.at = context.target.at;
-  std::vector<bool> is_paired(context.source.size());
-  for (const correspondence& c : h.correspondences) is_paired[c.source] = true;
+  if (std::max(context.source.size(), context.target.size()) > lattice_of_few::max_stems) return {};
+  std::vector<bool> source_is_paired(context.source.size()), target_is_paired(context.target.size());
+  for (const correspondence& c : h.correspondences) {
+    both.at.push_back((h.target_from_source * context.source.at[c.source] + context.target.at[c.target]) / 2);
+    source_is_paired[c.source] = target_is_paired[c.target] = true;
+  }
   for (stem_index s = 0; s < context.source.size(); ++s)
-    if (!is_paired[s]) both.at.push_back(h.target_from_source * context.source.at[s]);
+    if (!source_is_paired[s]) both.at.push_back(h.target_from_source * context.source.at[s]);
+  for (stem_index t = 0; t < context.target.size(); ++t)
+    if (!target_is_paired[t]) both.at.push_back(context.target.at[t]);
   return find_lattice_of_few(both);
 }
 
@@ -109,8 +114,12 @@ class position_evidence {
 
   /// From now on the null model knows the lattice, if any, of the stems that a hypothesis pairs, or of few.
   void include_lattice_of(const local_hypothesis& h) {
-    null_model_.include_lattice_of(paired_background(h, context_), lattice_of_both(h, context_));
+    const lattice_of_few few = lattice_of_both(h, context_);
+    may_be_planted_ = few.occupied > 0;
+    null_model_.include_lattice_of(paired_background(h, context_), few);
   }
+  /// Whether few stems are probably planted, under the last hypothesis that was asked.
+  bool may_be_planted() const { return may_be_planted_; }
 
  private:
   static bool is_sufficient(const std::vector<local_hypothesis>& ranked) {
@@ -228,6 +237,7 @@ class position_evidence {
   bool exhaustive_;
   thresholds proposing_, pairing_;  // [m]
   null_model null_model_;
+  bool may_be_planted_ = false;
 };
 
 static_assert(evidence<position_evidence>);
