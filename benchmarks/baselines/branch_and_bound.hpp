@@ -28,7 +28,7 @@ struct consensus_options {
   search_deadline deadline = search_deadline::max();
 };
 
-struct largest_consensus {
+struct max_consensus {
   rigid target_from_source;
   std::size_t inliers = 0;
   std::size_t bound = 0;  ///< no transform has more: `inliers`, unless stopped or at the resolution
@@ -65,7 +65,7 @@ class consensus_cubes {
       : matches_(std::move(matches)), options_(options) {}
 
   /// `known`: inliers of a transform that is known; only more of them are found.
-  largest_consensus search(std::size_t known) {
+  max_consensus search(std::size_t known) {
     best_.inliers = known;
     bound_cube(first_cube());
     while (!cubes_.empty() && cubes_.top().bound > best_.inliers && !best_.stopped) {
@@ -131,22 +131,22 @@ class consensus_cubes {
   std::priority_queue<translation_cube> cubes_;
   std::vector<angle_interval> intervals_;
   std::size_t unresolved_ = 0;  // bound of the cubes that were too small to divide
-  largest_consensus best_;
+  max_consensus best_;
 };
 
 }  // namespace consensus_detail
 
 /// A transform with most inliers; `known` is one to begin with. Cost: cubes times n log n, cubes without a
 /// useful limit.
-inline largest_consensus find_largest_consensus(const std::vector<point_match>& matches,
-                                                const consensus_options& options, const rigid& known = {}) {
+inline max_consensus find_largest_consensus(const std::vector<point_match>& matches,
+                                            const consensus_options& options, const rigid& known = {}) {
   const std::size_t of_known = count_inliers(matches, known, options.threshold);
   if (matches.empty()) return {};
   const vec3 from = consensus_detail::centroid(matches, &point_match::source);
   const vec3 to = consensus_detail::centroid(matches, &point_match::target);
   std::vector<point_match> centered = matches;
   for (point_match& m : centered) m = {m.source - from, m.target - to};
-  largest_consensus found = consensus_detail::consensus_cubes(std::move(centered), options).search(of_known);
+  max_consensus found = consensus_detail::consensus_cubes(std::move(centered), options).search(of_known);
   const rigid& local = found.target_from_source;
   found.target_from_source = found.inliers > of_known
                                  ? rigid{local.rotation, local.translation + to - local.rotation * from}

@@ -59,7 +59,7 @@ keypoint_registration register_by_keypoints(const S& source, const T& target,
       std::chrono::duration_cast<clock::duration>(std::chrono::duration<double>(options.max_seconds));
   const std::vector<point_match> matches = match_keypoints(from, to);
   const pruned_matches kept = prune_matches(matches, options.threshold, deadline);
-  const largest_consensus found = find_largest_consensus(
+  const max_consensus found = find_largest_consensus(
       kept.matches, {.threshold = options.threshold, .deadline = deadline}, kept.target_from_source);
   result.matching_seconds = seconds_since(start_of_matching);
   result.correspondences = matches.size();
