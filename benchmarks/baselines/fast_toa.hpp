@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -56,13 +57,10 @@ inline scored_transform first_sufficient(const stem_alignment& maps, matching_fu
 }
 
 inline match_run run_fast_toa(const two_maps& maps, const run_limits& limits, double inlier_threshold) {
-  const double memory = like_triplets::memory_of(maps.target.size());
-  return run_within(limits, memory, [&](const execution&) {
-    const stem_alignment alignment(maps, inlier_threshold);
-    match_run run{.funnel = alignment.funnel()};
-    run.target_from_source = alignment.refined(first_sufficient(alignment, run.funnel));
-    return run;
-  });
+  return run_by_triplets(maps, limits, inlier_threshold,
+                         [](const stem_alignment& alignment, matching_funnel& funnel) {
+                           return first_sufficient(alignment, funnel);
+                         });
 }
 
 }  // namespace globalmatch::benchmarks

@@ -104,4 +104,16 @@ class like_triplets {
   triangle_grid by_edges_;
 };
 
+/// A matcher that takes the transform which `search(alignment, funnel)` finds among like triplets, refined.
+template <class Search>
+match_run run_by_triplets(const two_maps& maps, const run_limits& limits, double inlier_threshold,
+                          const Search& search) {
+  return run_within(limits, like_triplets::memory_of(maps.target.size()), [&](const execution&) {
+    const stem_alignment alignment(maps, inlier_threshold);
+    match_run run{.funnel = alignment.funnel()};
+    run.target_from_source = alignment.refined(search(alignment, run.funnel));
+    return run;
+  });
+}
+
 }  // namespace globalmatch::benchmarks

@@ -27,13 +27,7 @@ inline scored_transform best_of_triplets(const stem_alignment& maps, matching_fu
 }
 
 inline match_run run_toa(const two_maps& maps, const run_limits& limits, double inlier_threshold) {
-  const double memory = like_triplets::memory_of(maps.target.size());
-  return run_within(limits, memory, [&](const execution&) {
-    const stem_alignment alignment(maps, inlier_threshold);
-    match_run run{.funnel = alignment.funnel()};
-    run.target_from_source = alignment.refined(best_of_triplets(alignment, run.funnel));
-    return run;
-  });
+  return run_by_triplets(maps, limits, inlier_threshold, best_of_triplets);
 }
 
 }  // namespace globalmatch::benchmarks

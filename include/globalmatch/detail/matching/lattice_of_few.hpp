@@ -24,8 +24,8 @@ namespace globalmatch::detail {
 struct lattice_of_few {
   static constexpr std::size_t max_stems = 48;  ///< of more it is not looked for
 
-  double occupied =
-      0;             ///< stems a place, one at most, in the rectangle of cells that holds them; 0: no lattice
+  /// Stems a place, one at most, in the parallelogram of cells that holds them; 0 where there is no lattice.
+  double occupied = 0;
   double sigma = 0;  ///< [m] per coordinate, of stems from their places
 
   /// The larger, the more stems are near places of a lattice that has few others.
@@ -146,7 +146,7 @@ inline lattice_of_few best_lattice(const position_index& index) {
 /// How does not depend on the order of the stems nor on their frame.
 class random_neighborhoods {
  public:
-  explicit random_neighborhoods(const position_set& stems, const position_index& index) : stems_(stems) {
+  random_neighborhoods(const position_set& stems, const position_index& index) : stems_(stems) {
     constexpr std::size_t around = 3;     // stems of a lattice are next to four
     constexpr double displacement = 0.6;  // of their distance
     std::vector<neighbor<double>> nearest;
