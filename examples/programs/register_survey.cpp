@@ -12,6 +12,7 @@
 #include "support/programs/survey_inputs.hpp"
 #include "support/programs/survey_matching.hpp"
 #include "support/programs/survey_picture.hpp"
+#include "support/programs/survey_posed_files.hpp"
 #include "support/programs/survey_refinement.hpp"
 #include "support/programs/survey_scans.hpp"
 #include "support/programs/survey_work.hpp"
@@ -63,6 +64,7 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
   if (work.control) report["control"] = control;
   if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, result);
   support::write_placed_scans(work, command, result);
+  support::write_posed_files(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
   support::report_constraints(result, options, work);
   report["all_placed"] = support::report_unplaced(work.rows, result);
@@ -81,6 +83,7 @@ int main(int argc, char** argv) {
     auto inputs = support::named_inputs(command.inputs());
     auto constraints = support::survey_constraints::read(command);
     constraints.require_names(inputs);
+    support::require_posed_files(inputs, command);
     command.prepare_folder();
     support::require_writable({command.picture, command.merged, command.options.json});
     support::stage_clock clock;

@@ -33,10 +33,9 @@ opened_scan open_e57(input_file& file, std::size_t number, const scan_options& o
   return opened;
 }
 
-void write_e57_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
-                         std::ostream& out) {
+void write_e57_with_poses(input_file& file, std::span<const scan_pose> poses, std::ostream& out) {
   const e57_pages pages(file.bytes());
-  pages.write_with_xml(out, e57_description(pages).xml_with_pose(number, survey_from_file));
+  pages.write_with_xml(out, e57_description(pages).xml_with_poses(poses));
 }
 
 }  // namespace globalmatch::support

@@ -1,13 +1,13 @@
 // Internal to the readers: E57 (ASTM E2807), the exchange format of laser scanners.
 #pragma once
 
-#include <Eigen/Geometry>
-
 #include <cstddef>
 #include <ostream>
+#include <span>
 #include <string_view>
 
 #include "support/input_file.hpp"
+#include "support/numbered_scans.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {
@@ -22,8 +22,7 @@ std::size_t count_e57_scans(input_file& file);
 /// the file has a pose. Points without valid coordinates are not-a-number. Throws `file_error`.
 opened_scan open_e57(input_file& file, std::size_t number, const scan_options& options);
 
-/// Writes the file with another pose of scan `number`. Throws `file_error`.
-void write_e57_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
-                         std::ostream& out);
+/// Writes the file with other poses of some of its scans. Throws `file_error`.
+void write_e57_with_poses(input_file& file, std::span<const scan_pose> poses, std::ostream& out);
 
 }  // namespace globalmatch::support

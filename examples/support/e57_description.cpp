@@ -249,9 +249,8 @@ e57_scan e57_description::scan(std::size_t number) const {
   return scan;
 }
 
-std::string e57_description::xml_with_pose(std::size_t number,
-                                           const Eigen::Isometry3d& survey_from_file) const {
-  require_scan(number);
+std::string e57_description::xml_with_poses(std::span<const scan_pose> poses) const {
+  for (const scan_pose& pose : poses) require_scan(pose.number);
   pugi::xml_document changed;
   changed.reset(document_->xml);
   pugi::xml_node declaration = changed.prepend_child(pugi::node_declaration);
@@ -260,11 +259,15 @@ std::string e57_description::xml_with_pose(std::size_t number,
   pugi::xml_node root = changed.child("e57Root");
   std::size_t count = 0;
   for (pugi::xml_node scan : root.child("data3D").children()) {
-    if (!scan.child("points") || ++count != number) continue;
+    if (!scan.child("points")) continue;
+    ++count;
+    const auto pose =
+        std::find_if(poses.begin(), poses.end(), [&](const scan_pose& p) { return p.number == count; });
+    if (pose == poses.end()) continue;
     const auto before = pose_of(pages_, scan.child("pose"));
-    set_pose(scan, survey_from_file);
+    set_pose(scan, pose->survey_from_file);
     move_pictures(pages_, root.child("images2D"), scan.child("guid").text().get(),
-                  survey_from_file * before.value_or(Eigen::Isometry3d::Identity()).inverse());
+                  pose->survey_from_file * before.value_or(Eigen::Isometry3d::Identity()).inverse());
   }
   text_writer writer;
   changed.save(writer, "", pugi::format_raw | pugi::format_no_declaration);
@@ -293,7 +296,7 @@ e57_scan e57_description::scan(std::size_t) const {
   return {};
 }
 
-std::string e57_description::xml_with_pose(std::size_t, const Eigen::Isometry3d&) const {
+std::string e57_description::xml_with_poses(std::span<const scan_pose>) const {
   return {};
 }
 

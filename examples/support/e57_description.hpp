@@ -8,11 +8,13 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "support/e57_pages.hpp"
+#include "support/numbered_scans.hpp"
 
 namespace globalmatch::support {
 
@@ -52,8 +54,8 @@ class e57_description {
   std::size_t scans() const;
   /// Scan `number`, counted from 1. Throws `file_error` when there is none, or it has no coordinates.
   e57_scan scan(std::size_t number) const;
-  /// The XML with another pose of scan `number`. Throws as `scan`.
-  std::string xml_with_pose(std::size_t number, const Eigen::Isometry3d& survey_from_file) const;
+  /// The XML with other poses of some scans. Throws as `scan`.
+  std::string xml_with_poses(std::span<const scan_pose> poses) const;
 
  private:
   struct document;

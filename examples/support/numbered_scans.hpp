@@ -1,6 +1,8 @@
 // The scans of a file, which may hold several.
 #pragma once
 
+#include <Eigen/Geometry>
+
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -16,6 +18,12 @@ struct numbered_scan {
   std::optional<std::size_t> number;
 };
 numbered_scan parse_scan_name(const std::filesystem::path& name);
+
+/// The pose of scan `number` of a file, counted from 1.
+struct scan_pose {
+  std::size_t number = 1;
+  Eigen::Isometry3d survey_from_file = Eigen::Isometry3d::Identity();
+};
 
 /// The scans that a file holds: itself, or where it holds several `name#1`, `name#2` and so on. Throws
 /// `file_error` when it cannot be read.

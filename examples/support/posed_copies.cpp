@@ -32,6 +32,11 @@ bool is_posed_copy(const std::filesystem::path& copy) {
   return ending == ".e57" || ending == ".ptx";
 }
 
+bool is_posed_file(const std::filesystem::path& file) {
+  input_file opened(file);
+  return posed_format_of(opened) != posed_format::none;
+}
+
 void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source) {
   input_file file(parse_scan_name(source).path);
   const posed_format format = posed_format_of(file);
@@ -49,14 +54,21 @@ void require_posed_copy(const std::filesystem::path& copy, const std::filesystem
                      "Save the source as UTF-8 or plain text");
 }
 
+void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& file,
+                      std::span<const scan_pose> poses) {
+  input_file source(file);
+  atomic_file out(copy);
+  const auto write =
+      posed_format_of(source) == posed_format::e57 ? write_e57_with_poses : write_ptx_with_poses;
+  write(source, poses, out.stream());
+  out.commit();
+}
+
 void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source,
                       const Eigen::Isometry3d& survey_from_file) {
   const numbered_scan scan = parse_scan_name(source);
-  input_file file(scan.path);
-  atomic_file out(copy);
-  const auto write = posed_format_of(file) == posed_format::e57 ? write_e57_with_pose : write_ptx_with_pose;
-  write(file, scan.number.value_or(1), survey_from_file, out.stream());
-  out.commit();
+  const scan_pose pose{scan.number.value_or(1), survey_from_file};
+  write_posed_copy(copy, scan.path, {&pose, 1});
 }
 
 }  // namespace globalmatch::support

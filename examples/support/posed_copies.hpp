@@ -5,17 +5,27 @@
 #include <Eigen/Geometry>
 
 #include <filesystem>
+#include <span>
+
+#include "support/numbered_scans.hpp"
 
 namespace globalmatch::support {
 
 /// Whether a file of this name is such a copy, by its ending: .e57 or .ptx.
 bool is_posed_copy(const std::filesystem::path& copy);
 
+/// Whether a file is E57 or PTX, by its content. Throws `file_error` when it cannot be read.
+bool is_posed_file(const std::filesystem::path& file);
+
 /// Throws `file_error` unless `source`, a file or one of its scans, can be copied so. To be asked before long
 /// work.
 void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source);
 
-/// Copies the file of a scan with another pose of that scan, and the points to the bit. Throws `file_error`.
+/// Copies a file with other poses of some of its scans, and the points to the bit. Throws `file_error`.
+void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& file,
+                      std::span<const scan_pose> poses);
+
+/// The same for one scan, `file#K` or the only one of its file.
 void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source,
                       const Eigen::Isometry3d& survey_from_file);
 

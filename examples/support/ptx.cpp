@@ -2,6 +2,7 @@
 // line, also for rays that returned nothing.
 #include "support/ptx.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -193,19 +194,27 @@ opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& o
   return opened;
 }
 
-void write_ptx_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
-                         std::ostream& out) {
-  std::optional<ptx_header> scan;
-  for (std::size_t count = 0; count < number; ++count) {
-    for (std::uint64_t i = 0; scan && i < scan->points; ++i) read_row(file);
-    scan = read_header(file, true);
-    if (!scan) fail_without_scan(file, count, number);
+void write_ptx_with_poses(input_file& file, std::span<const scan_pose> poses, std::ostream& out) {
+  std::size_t count = 0, last = 0;
+  for (const scan_pose& pose : poses) last = std::max(last, pose.number);
+  std::uint64_t copied = 0;  // [bytes]
+  while (count < last) {
+    const auto scan = read_header(file, true);
+    if (!scan) fail_without_scan(file, count, last);
+    ++count;
+    const std::uint64_t end_of_header = file.offset();
+    for (std::uint64_t i = 0; count < last && i < scan->points; ++i) read_row(file);
+    const auto pose =
+        std::find_if(poses.begin(), poses.end(), [&](const scan_pose& p) { return p.number == count; });
+    if (pose == poses.end()) continue;
+    const Eigen::Isometry3d& survey_from_file = pose->survey_from_file;
+    const Eigen::Isometry3d scanner =
+        scan->pose ? survey_from_file * scan->pose->inverse() * scan->scanner : survey_from_file;
+    copy_bytes(file.bytes(), copied, scan->begin_of_pose, out);
+    write_ptx_pose(scanner, survey_from_file, line_end_before(file.bytes(), scan->begin_of_pose), out);
+    copied = end_of_header;
   }
-  const Eigen::Isometry3d scanner =
-      scan->pose ? survey_from_file * scan->pose->inverse() * scan->scanner : survey_from_file;
-  copy_bytes(file.bytes(), 0, scan->begin_of_pose, out);
-  write_ptx_pose(scanner, survey_from_file, line_end_before(file.bytes(), scan->begin_of_pose), out);
-  copy_bytes(file.bytes(), file.offset(), file.bytes().size(), out);
+  copy_bytes(file.bytes(), copied, file.bytes().size(), out);
 }
 
 }  // namespace globalmatch::support

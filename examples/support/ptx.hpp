@@ -23,8 +23,7 @@ std::size_t count_ptx_scans(input_file& file);
 /// left out. A matrix that is not rigid is no pose. Throws `file_error`.
 opened_scan open_ptx(input_file& file, std::size_t number, const scan_options& options);
 
-/// Writes the file with another pose of scan `number`. Throws `file_error`.
-void write_ptx_with_pose(input_file& file, std::size_t number, const Eigen::Isometry3d& survey_from_file,
-                         std::ostream& out);
+/// Writes the file with other poses of some of its scans. Throws `file_error`.
+void write_ptx_with_poses(input_file& file, std::span<const scan_pose> poses, std::ostream& out);
 
 }  // namespace globalmatch::support

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
@@ -118,6 +119,50 @@ TEST_CASE("register_survey --tiles takes folders as scans, and writes them") {
   REQUIRE(call(directory, "register_survey", "plot1 plot2 --tiles --out-dir out --write placed").status == 0);
   CHECK_THAT(row_of(directory / "out/poses.csv", "plot2"), Contains("plot2,placed,0,"));
   CHECK(points_of(directory / "placed/plot1.ply").size() == points_of(directory / "plot1/all.ply").size());
+}
+
+namespace {
+
+/// A PTX file of scans, whose poses are the identity.
+void write_ptx(const std::filesystem::path& path, const std::vector<std::filesystem::path>& scans) {
+  std::ofstream out(path);
+  for (const auto& scan : scans) {
+    const auto points = points_of(scan);
+    out << points.size() << "\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
+    for (const Eigen::Vector3d& p : points) out << p.x() << ' ' << p.y() << ' ' << p.z() << " 0.5\n";
+  }
+}
+
+}  // namespace
+
+TEST_CASE("register_survey --posed copies files of scans with their poses, and names scans without place") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", "scans --stations 3 --angular-step 0.3 --seed 5").status == 0);
+  const auto scan = [&](int k) { return directory / ("scans/scan_" + std::to_string(k) + ".ply"); };
+  const auto few_points = directory.file("few.xyz", "1 2 3\n4 5 6\n7 8 9\n");
+  write_ptx(directory / "plot.ptx", {scan(1), few_points, scan(2)});
+  const auto run =
+      call(directory, "register_survey", "plot.ptx scans/scan_3.ply --out-dir out --posed posed --threads 2");
+  CAPTURE(run.complaint);
+  REQUIRE(run.status == 1);  // of the few points
+  for (const std::string number : {"1", "3"}) {
+    const auto pose = open_scan((directory / "posed/plot.ptx").string() + '#' + number).header().pose;
+    const Eigen::Isometry3d known = read_transform(directory / ("out/T_plot#" + number + ".txt"));
+    REQUIRE(pose);
+    CHECK(pose->isApprox(known, 1e-12));
+  }
+  CHECK_THAT(run.complaint, Contains("scan 2 keeps the pose that it had"));
+  CHECK_FALSE(std::filesystem::exists(directory / "posed/scan_3.ply"));
+
+  const std::string known = bytes_of(directory / "plot.ptx");
+  std::filesystem::create_directory(directory / "other");
+  std::filesystem::copy_file(directory / "plot.ptx", directory / "other/plot.ptx");
+  for (const char* wrong :
+       {"plot.ptx --posed .", "scans --posed posed", "plot.ptx other/plot.ptx --posed x"}) {
+    CAPTURE(wrong);
+    CHECK(call(directory, "register_survey", std::string("--out-dir out ") + wrong).status == 2);
+  }
+  CHECK(bytes_of(directory / "plot.ptx") == known);
 }
 
 TEST_CASE("register_survey replaces no scan by what it writes, and refuses what it cannot write") {

@@ -197,6 +197,32 @@ TEST_CASE("a copy of a PTX file differs in the eight lines of the pose alone, wh
   }
 }
 
+TEST_CASE("some scans of a file, in any order, have other poses in its copy, and the rest as it was") {
+  const temporary_directory directory;
+  const std::string block = "1\n2\n" + ptx_pose + ptx_points;
+  const auto ptx = directory.file("a.ptx", block + block + block + block),
+             e57 = directory.file("a.e57", e57_of(4, 5, 9));
+  const Eigen::Isometry3d other(Eigen::Translation3d(3, 1, -2));
+  const scan_pose poses[] = {{3, a_pose()}, {2, other}};
+  for (const auto& path : {ptx, e57}) {
+    CAPTURE(path);
+    const auto copy = directory / ("copy" + path.extension().string());
+    write_posed_copy(copy, path, poses);
+    REQUIRE(scans_in(copy).size() == 4);
+    for (std::size_t k = 1; k <= 4; ++k) {
+      const std::string number = '#' + std::to_string(k);
+      CHECK(read_scan(copy.string() + number) == read_scan(path.string() + number));
+      const auto pose = pose_in(copy.string() + number), before = pose_in(path.string() + number);
+      REQUIRE((pose && before));
+      CHECK(pose->isApprox(k == 3 ? a_pose() : k == 2 ? other : *before, 1e-12));
+    }
+  }
+  const scan_pose absent[] = {{1, other}, {5, other}};
+  for (const auto& path : {ptx, e57})
+    CHECK_THAT(error_of([&] { write_posed_copy(directory / "b", path, absent); }),
+               Catch::Contains("no scan 5"));
+}
+
 TEST_CASE("what is no such file, the file itself, and scans that are not there are refused") {
   const temporary_directory directory;
   const auto ptx = directory.file("a.ptx", "1\n2\n" + ptx_pose + ptx_points),

@@ -56,6 +56,9 @@ void survey_command::add_to(CLI::App& app) {
   app.add_option("--write-as", write_format, "their format, in place of that of each scan")
       ->check(CLI::IsMember({"ply", "las", "laz"}))
       ->needs(write);
+  app.add_option("--posed", posed_folder, "copies of E57 and PTX files whose scans have their poses")
+      ->excludes(stem_maps_given)
+      ->type_name("FOLDER");
   auto* merge = app.add_option("--merge", merged, "all placed scans in one file: .ply, .las or .laz")
                     ->excludes(stem_maps_given)
                     ->type_name("FILE");
@@ -84,7 +87,8 @@ void survey_command::require_consistent() const {
 void survey_command::prepare_folder() const {
   make_folder(out_dir);
   for (const char* folder : {".", "hashes", "maps", "matches", "refined"}) remove_abandoned(out_dir / folder);
-  if (!write_folder.empty()) remove_abandoned(write_folder);
+  for (const auto& folder : {write_folder, posed_folder})
+    if (!folder.empty()) remove_abandoned(folder);
   for (const auto& file : {merged, picture, options.json})
     if (!file.empty()) remove_abandoned(std::filesystem::absolute(file).parent_path());
 }

@@ -19,7 +19,7 @@ struct survey_command {
   std::filesystem::path priors;     ///< table of what was measured of scans
   std::filesystem::path control;    ///< table of trees in the survey's frame
   std::filesystem::path targets;    ///< table of those that scans show
-  std::filesystem::path write_folder, merged;
+  std::filesystem::path write_folder, posed_folder, merged;
   std::string write_format;  ///< extension without point; empty: that of each scan
   double voxel = 0.01;       ///< [m] of the merged scans
   std::string only, part;    ///< a stage, and "I/N"
