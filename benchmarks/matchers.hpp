@@ -12,6 +12,16 @@
 #include "match_run.hpp"
 #include "stem_layouts.hpp"
 
+#ifdef GLOBALMATCH_BENCHMARK_ASTROALIGN
+#include "baselines/astroalign.hpp"
+#endif
+#ifdef GLOBALMATCH_BENCHMARK_CLIPPER
+#include "baselines/clipper.hpp"
+#endif
+#ifdef GLOBALMATCH_BENCHMARK_TEASER
+#include "baselines/teaser.hpp"
+#endif
+
 #include <functional>
 #include <string_view>
 #include <vector>
@@ -63,6 +73,19 @@ inline std::vector<matcher> all_matchers() {
       {"like_fast_toa", at_threshold(run_fast_toa)},
       {"congruent_sets", at_threshold(run_congruent_sets)},
       {"coherent_point_drift", run_coherent_point_drift},
+#ifdef GLOBALMATCH_BENCHMARK_ASTROALIGN
+      {"astroalign", at_threshold(run_astroalign)},
+#endif
+#ifdef GLOBALMATCH_BENCHMARK_CLIPPER
+      {"clipper", at_threshold([](const auto& maps, const auto& limits, double threshold) {
+         return run_clipper(maps, limits, threshold);
+       })},
+#endif
+#ifdef GLOBALMATCH_BENCHMARK_TEASER
+      {"teaser", at_threshold([](const auto& maps, const auto& limits, double threshold) {
+         return run_teaser(maps, limits, threshold);
+       })},
+#endif
   };
 }
 
