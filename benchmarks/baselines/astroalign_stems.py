@@ -1,8 +1,8 @@
 """Which stems of two maps astroalign takes for the same, as if they were stars.
 
 usage: astroalign_stems.py STEMS SECONDS_AND_PAIRS
-Reads the tolerance [m], the number of source stems, and x and y of all stems, a number or two a line. Writes the
-seconds that astroalign took, and a line with the numbers of a source and a target stem for each pair.
+Reads the tolerance [m], the number of source stems, and x and y of all stems, a number or two a line. Writes
+the seconds that astroalign took, and a line with the numbers of a source and a target stem for each pair.
 """
 
 import sys
@@ -21,7 +21,7 @@ def main():
     start = time.perf_counter()
     try:
         _, pairs = astroalign.find_transform(source, target, max_control_points=len(stems))
-    except (ValueError, astroalign.MaxIterError):
+    except (ValueError, IndexError, astroalign.MaxIterError):  # IndexError: no triangles are alike
         pairs = ([], [])
     seconds = time.perf_counter() - start
     with open(sys.argv[2], "w") as file:

@@ -1,0 +1,40 @@
+"""Writes all of globalmatch as one header, for who cannot take a folder: python3 cmake/amalgamate.py OUT.hpp
+
+Headers are put where they are first included, each once. The compiled mode is not for it."""
+
+import pathlib
+import re
+import sys
+
+INCLUDES = pathlib.Path(__file__).resolve().parent.parent / "include"
+OWN = re.compile(r'^\s*#\s*include "(globalmatch/[^"]+)"')
+OTHERS = re.compile(r"^#include <[^>]+>")
+
+
+def insert(name, seen, lines):
+    if name in seen:
+        return
+    seen.add(name)
+    for line in (INCLUDES / name).read_text().splitlines():
+        if own := OWN.match(line):
+            insert(own.group(1), seen, lines)
+        elif line.strip() != "#pragma once" and not (OTHERS.match(line) and line in seen):
+            lines.append(line)
+            if OTHERS.match(line):
+                seen.add(line)
+
+
+def main():
+    lines, seen = [], set()
+    insert("globalmatch/globalmatch.hpp", seen, lines)
+    licence = (INCLUDES.parent / "LICENSE").read_text().splitlines()
+    head = ["// globalmatch in one header, made by cmake/amalgamate.py.", "//"]
+    head += [f"// {line}".rstrip() for line in licence]
+    head += ["#pragma once", "", "#ifdef GLOBALMATCH_COMPILED"]
+    head += ['#error "the compiled mode needs the headers as they are; this file has all code"', "#endif", ""]
+    pathlib.Path(sys.argv[1]).write_text("\n".join(head + lines) + "\n")
+
+
+if len(sys.argv) != 2:
+    sys.exit(__doc__)
+main()
