@@ -14,7 +14,7 @@
 namespace globalmatch {
 
 struct refinement_options {
-  /// More points make poses no better: simulated scans (docs/results.md, Surveys).
+  /// More points make poses no better: simulated scans (docs/records/surveys.md).
   icp_options icp = {.max_points = 5000};
   /// Each scan is refined with so many that have most trees in common with it (ours).
   std::size_t pairs_per_scan = 3;

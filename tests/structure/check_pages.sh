@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # The tables of docs/architecture.md name every header, and no other; its limits of compile time are those of
-# benchmarks/compile_time.sh; what docs/constants.md names is in the header that it names; lines of prose in docs/ have at most 110 columns.
+# benchmarks/compile_time.sh; what docs/constants.md names is in the header that it names; lines of prose in docs/
+# have at most 110 columns; links between pages lead to a file, and to a heading of it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 python3 - <<'P'
-import glob, re, sys
+import glob, os, re, sys
 text, bad = open('docs/architecture.md', encoding='utf-8').read(), []
 tables = re.split(r'\n\n', text[text.index('## Headers'):text.index('## Rules')])
 named = set()
@@ -30,10 +31,21 @@ for row in re.findall(r'^\| (?!constant|---)(.*) \|$', open('docs/constants.md',
     else:
         code = open(header, encoding='utf-8').read()
         bad += [f'docs/constants.md: {header} has no {n}' for n in re.findall(r'`(\w+)`', cells[0]) if not re.search(rf'\b{n}\b', code)]
-for page in glob.glob('docs/*.md') + ['README.md', 'CONTRIBUTING.md', 'CHANGELOG.md']:
+pages = glob.glob('docs/**/*.md', recursive=True) + ['README.md', 'CONTRIBUTING.md', 'CHANGELOG.md']
+for page in pages:
     for number, line in enumerate(open(page, encoding='utf-8'), 1):
         if len(line.rstrip('\n')) > 110 and not line.lstrip().startswith(('|', '!', '`', 'for (')):
             bad.append(f'{page}:{number}: {len(line)} columns')
+def without_code(page): return re.sub(r'^```.*?^```', '', open(page, encoding='utf-8').read(), flags=re.M | re.S)
+def anchors(page):  # as GitHub makes them
+    return {re.sub(r'[^\w\- ]', '', h.strip().lower()).replace(' ', '-') for h in re.findall(r'^#+ (.*)$', without_code(page), re.M)}
+for page in pages:
+    for link in re.findall(r'\]\(([^()\s]+)\)', without_code(page)):
+        path, _, anchor = link.partition('#')
+        if re.match(r'\w+:', link): continue
+        target = os.path.normpath(os.path.join(os.path.dirname(page), path)) if path else page
+        if not os.path.exists(target): bad.append(f'{page}: no {link}')
+        elif anchor and anchor not in anchors(target): bad.append(f'{page}: no heading {link}')
 print('\n'.join(bad) or 'pages agree with headers and limits')
 sys.exit(bool(bad))
 P

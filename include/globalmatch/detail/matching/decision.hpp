@@ -28,8 +28,8 @@ struct decision {
 /// Probability that the best of ranked hypotheses is right: a logistic regression on the logarithm of its
 /// NFA, fitted to windows of real stem maps of which half overlap and half have nothing in common
 /// (`benchmarks/window_probabilities --pairs 3000 --seed 2`; how well it holds for others is in
-/// docs/results.md). Of maps that surely overlap more are right. 0 for fewer pairs than are needed, and 0.9
-/// at most where it is not significant.
+/// docs/records/significance.md). Of maps that surely overlap more are right. 0 for fewer pairs than are
+/// needed, and 0.9 at most where it is not significant.
 inline double probability_of(std::span<const local_hypothesis> hypotheses,
                              const decision_options& options = {}) {
   constexpr double constant = -1.31, nfa_coefficient = -1.83,
