@@ -16,6 +16,7 @@
 
 namespace globalmatch {
 
+/// Options of the largest consensus set ([GM] 3.2.3).
 struct global_matching_options {
   int max_hypotheses = 10;  ///< distinct ones that are returned (ours)
   int max_seeds = 200;      ///< consensus sets that are verified for them (ours)

@@ -13,8 +13,10 @@
 
 namespace globalmatch {
 
+/// What ICP minimises between paired points; none: the coarse transform is the result.
 enum class icp_metric { none, point_to_point, point_to_plane };
 
+/// Options of the fine registration ([GM] 3.3).
 struct icp_options {
   icp_metric metric = icp_metric::point_to_plane;  ///< ([GM] 3.3: point to point)
   double max_distance = 0.3;                       ///< [m] points further apart are no pair
@@ -47,6 +49,7 @@ struct icp_layer {
   std::vector<Eigen::Vector3d> source_normals = {}, target_normals = {};
 };
 
+/// What came of the fine registration.
 struct icp_result {
   Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
   bool converged = false;  ///< false: too few pairs, or still moving at the last iteration

@@ -16,6 +16,7 @@ inline void require(bool holds, const char* message) {
 }
 }  // namespace detail
 
+/// The cloth simulation that finds ground ([CSF]); of `ground_filter::cloth`.
 struct cloth_options {
   int rigidness = 2;         ///< rounds of internal forces a step: 1 steep, 2 hilly, 3 flat ground ([CSF] RI)
   double time_step = 0.65;   ///< ([CSF] dT)
@@ -35,6 +36,7 @@ enum class ground_filter {
                ///< (ours)
 };
 
+/// How ground is distinguished from what stands on it ([GM] 3.1).
 struct ground_options {
   ground_filter filter = ground_filter::planes;
   double resolution = 0.5;  ///< [m] of the terrain, and of the particles of a cloth ([CSF] GR: 0.5)
@@ -67,6 +69,7 @@ inline void require_valid(const ground_options& options) {
   detail::require(in(options.hole_radius, 100), "ground.hole_radius must lie in (0, 100] m");
 }
 
+/// The layer in which stems are looked for ([GM] 3.1).
 struct understory_options {
   double min_height = 0.2;  ///< [m] above the terrain ([GM] 3.1: 0.2)
   double max_height = 3.0;  ///< [m] above the terrain ([GM] 3.1: 3)
@@ -78,6 +81,7 @@ inline void require_valid(const understory_options& options) {
                   "understory.min_height must be less than understory.max_height");
 }
 
+/// Which points are on vertical surfaces ([GM] 3.1).
 struct verticality_options {
   bool constraint = true;  ///< false: every understory point may be of a stem ([GM] 5.3.1)
   /// gamma: stem points have a higher verticality ([GM] 3.1: 0.9). Empty: 0.9 for points; 0.5 for cells,
@@ -101,6 +105,7 @@ inline void require_valid(const verticality_options& options) {
                   "verticality.max_radius must lie in [0.001, 100] m");
 }
 
+/// What a stem looks like where a cylinder is fitted to it ([GM] 3.1).
 struct cylinder_options {
   double min_radius = 0.02;  ///< [m] (ours)
   double max_radius = 0.60;  ///< [m] (ours)
@@ -179,6 +184,7 @@ enum class vertical_rule {
   stems,            ///< from the stems, if there are enough (ours)
 };
 
+/// Options of `map_stems`: of each step of [GM] 3.1, in their order.
 struct mapping_options {
   ground_options ground = {};
   understory_options understory = {};

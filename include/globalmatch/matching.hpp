@@ -18,6 +18,7 @@
 
 namespace globalmatch {
 
+/// Whether there is a transform to trust.
 enum class outcome {
   registered,      ///< there is a transform to trust
   ambiguous,       ///< several transforms explain the stems about as well
@@ -215,9 +216,11 @@ enum class vertical_source {
   ground  ///< ground points that both scans have at one place
 };
 
+/// The name of the kind, as in the JSON output.
 inline std::string_view to_string(vertical_kind kind) {
   return kind == vertical_kind::rotated ? "rotated" : kind == vertical_kind::sloping ? "sloping" : "level";
 }
+/// The name of the source, as in the JSON output.
 inline std::string_view to_string(vertical_source source) {
   return source == vertical_source::ground ? "ground" : source == vertical_source::stems ? "stems" : "none";
 }

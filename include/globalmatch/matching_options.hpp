@@ -21,6 +21,7 @@ enum class proposal {
   algorithm_1      ///< largest consensus set of all congruent triangles, [GM] 3.2; for some hundred stems
 };
 
+/// When a hypothesis is one to trust.
 struct decision_options {
   int min_correspondences = 4;  ///< stems in both maps (ours)
   double min_minor_axis_sigma =
@@ -72,6 +73,7 @@ inline double max_log10_nfa(const decision_options& options) {
 }
 }  // namespace detail
 
+/// Options of `match_stems`. By default the data at hand decide.
 struct matching_options {
   /// Empty: four, or six where a scan is rotated beyond doubt ([GM] 3.3 prefers four for levelled scans).
   std::optional<degrees_of_freedom> dof = {};

@@ -13,6 +13,7 @@
 
 namespace globalmatch {
 
+/// Options of the refinement of a survey by the samples of its maps.
 struct refinement_options {
   /// More points make poses no better: simulated scans (docs/records/surveys.md).
   icp_options icp = {.max_points = 5000};

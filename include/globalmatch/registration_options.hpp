@@ -14,6 +14,7 @@
 
 namespace globalmatch {
 
+/// Options of `register_scans` and `register_maps`.
 struct registration_options {
   mapping_options mapping = {};
   matching_options matching = {};
@@ -51,6 +52,7 @@ struct registration {
   bool refined = false;                                 ///< `target_from_source` is that of ICP
 };
 
+/// What `register_scans` returns: both maps, and how they are registered.
 struct scan_registration {
   stem_map source, target;
   globalmatch::registration registration;

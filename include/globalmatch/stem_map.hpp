@@ -107,6 +107,7 @@ enum class ground_status {
   normalised,  ///< on height 0: the scan's own heights are those above the ground already
 };
 
+/// The name of the status, as in the JSON output.
 constexpr std::string_view to_string(ground_status status) {
   switch (status) {
     case ground_status::seen:
@@ -191,7 +192,7 @@ class terrain {
   }
 };
 
-constexpr double breast_height = 1.3;  // [m] above the ground, where diameters are measured
+constexpr double breast_height = 1.3;  ///< [m] above the ground, where diameters are measured
 
 /// A stem, in the frame of its scan.
 struct stem {
@@ -209,6 +210,7 @@ struct stem {
   std::vector<point_index> support;
 };
 
+/// A stem is a position that knows its radius, its axis, and how uncertain it is.
 template <>
 struct point_traits<stem> {
   static const Eigen::Vector3d& xyz(const stem& s) { return s.position; }

@@ -19,6 +19,7 @@
 
 namespace globalmatch {
 
+/// Options of `register_survey`, and what is known beforehand.
 struct survey_options {
   /// A scan whose pose is known: it is not adjusted.
   struct fixed_scan {
@@ -108,6 +109,7 @@ inline void require_valid(const survey_options& options) {
 
 /// Where the scans of a survey stand.
 struct survey {
+  /// What became of a scan.
   enum class status {
     placed,        ///< linked to others
     ambiguous,     ///< its links place it at several places; not in the adjustment, be it the reference
@@ -116,6 +118,7 @@ struct survey {
     no_stems
   };
 
+  /// A scan, its pose, and how far to trust it.
   struct scan {
     survey::status status = status::no_stems;
     std::string reason = {};  ///< why it was not placed, and what would help; empty where it was
@@ -146,6 +149,7 @@ struct survey {
 
   /// What the frame of a component is that of.
   enum class frame_source { reference, fixed, priors };
+  /// The frame of a component.
   struct frame {
     survey::frame_source source = survey::frame_source::reference;
     double yaw_sigma = 0;  ///< [rad] by which priors know its direction; infinite where they do not
@@ -231,6 +235,7 @@ struct survey {
   bool cancelled = false;      ///< the progress callback said so; nothing else is filled
 };
 
+/// The name of the source.
 constexpr std::string_view to_string(survey::frame_source s) {
   constexpr std::string_view names[] = {"reference", "fixed", "priors"};
   return names[static_cast<int>(s)];

@@ -20,6 +20,7 @@
 
 namespace globalmatch {
 
+/// Which triangles of stems are built ([GM] 3.2.1).
 struct triangle_options {
   int neighbors = 20;  ///< K ([GM] 3.2.1: 20); maps of up to K + 1 stems thus give all their triangles
 };
