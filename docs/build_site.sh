@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Builds the documentation site, pages and API, searchable, in build/site. Installs what is missing. Fails where a
-# public class, function or enumeration has no documentation, and where a link leads nowhere. (Members of a
-# struct need none where their names say it.)
+# Builds the documentation site, pages and API, searchable, in build/site. Installs what is missing. Fails where
+# a public class, function or enumeration has no comment, and where a link leads nowhere. (Members of a struct
+# need none where their names say it.)
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 source cmake/setup.sh

@@ -2,8 +2,8 @@
 """Filter of Doxygen: makes of a page or header what Doxygen 1.9 reads, and prints it.
 
 Pages: headings get labels, by which links between pages lead to them; images and files that are no page are
-named without their folder, as they are copied beside the pages; comments for tests/documentation go. Headers: the comment
-at the top describes the file.
+named without their folder, as they are copied beside the pages; comments for tests/documentation go.
+Headers: the comment at the top describes the file.
 """
 import os
 import re
@@ -45,7 +45,7 @@ def page_lines(page):
     for number, line in enumerate(open(page, encoding="utf-8")):
         if line.startswith("```"):
             fenced = not fenced
-            yield line.replace("```sh", "```{.sh}").replace("```csv", "```{.txt}").replace("```text", "```{.txt}")
+            yield re.sub(r"```(text|csv|output)\b", "```{.txt}", line).replace("```sh", "```{.sh}")
             continue
         heading = re.match(r"(#+) (.*)$", line)
         if fenced:
@@ -64,8 +64,8 @@ def header_lines(header):
     lines = open(header, encoding="utf-8").read().split("\n")
     end = next(i for i, line in enumerate(lines) if not line.startswith("//"))
     comment = " ".join(line.removeprefix("//").strip() for line in lines[:end])
-    blank = [""] * (end - 1)  # Doxygen counts lines for its warnings
-    yield "\n".join([f"/** @file {os.path.relpath(header, root)}  {comment} */".replace("@file ", "@file\n", 0)] + blank + lines[end:])
+    described = [f"/** @file {os.path.basename(header)} @brief {comment} */"] + [""] * (end - 1)
+    yield "\n".join(described + lines[end:])  # as many lines: warnings have their numbers
 
 
 def main():

@@ -3,12 +3,13 @@
 
 usage: tests/documentation/run.py [--programs build/release] [--jobs N] [PAGE...]
 
-Blocks with the tags cpp and sh, and those without a tag, which are commands. Each page has a folder of its own,
-where its blocks run in their order, beside the scans and maps of `make_inputs`. A C++ block with `main` is a
-program; one without is compiled alone. Comments of one line before a block say more:
+Blocks with the tags cpp and sh, and those without a tag, which are commands. Each page has a folder of its
+own, where its blocks run in their order, beside the scans and maps of `make_inputs`. A C++ block with `main`
+is a program; one without is compiled alone. What a block with the tag output holds was printed by the block
+before, spaces and line ends aside. Comments of one line before a block say more:
 
     <!-- not run: REASON -->       it is left out; the reason is printed
-    <!-- needs: NAME -->           left out where this command, or library for C++ (see `libraries`), is missing
+    <!-- needs: NAME -->           left out where this command, or library (see `libraries`), is missing
     <!-- saved as: FILE -->        a block of any tag is written to this file of the folder
     <!-- same as: FILE -->         the file of the project that the block repeats
     <!-- run with: ARGUMENTS -->   of the program
@@ -28,7 +29,7 @@ import tempfile
 root = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 
 # Names of `needs` for C++, and their packages of pkg-config.
-libraries = {"PCL": "pcl_common", "Open3D": "Open3D", "ROS": "sensor_msgs"}
+libraries = {"PCL": "pcl_common", "Open3D": "Open3D"}
 
 
 @dataclasses.dataclass
@@ -72,7 +73,7 @@ def blocks_of(page):
 
 def run(command, folder, name, programs=None, **options):
     """Throws Failure with the output where the command fails."""
-    environment = dict(os.environ)
+    environment = dict(os.environ, QT_QPA_PLATFORM="offscreen")  # CloudCompare, without a screen
     if programs:
         path = [os.path.join(programs, f) for f in ("examples", "benchmarks")]
         environment["PATH"] = os.pathsep.join(path + [environment["PATH"]])
@@ -98,16 +99,24 @@ def compile_block(block, folder, programs, flags):
     with open(os.path.join(folder, stem + ".cpp"), "w", encoding="utf-8") as file:
         file.write(block.text)
     is_program = re.search(r"\bint main\(", block.text)
-    command = ["c++", "-std=c++20", "-O1", "-Wall", "-Wextra", "-Werror", "-pthread", "-DGLOBALMATCH_COMPILED",
-               f"-I{root}/include", "-isystem/usr/include/eigen3", *flags, stem + ".cpp", "-o", stem]
+    command = ["c++", "-std=c++20", "-O1", "-Wall", "-Werror", "-pthread", "-DGLOBALMATCH_COMPILED",
+               f"-I{root}/include", "-isystem/usr/include/eigen3", *flags,
+               f"-idirafter{root}/tests/documentation/stand_ins", stem + ".cpp", "-o", stem]
     if is_program:
         command += [f"{programs}/libglobalmatch_compiled_surveys.a", f"{programs}/libglobalmatch_compiled.a"]
     else:
         command.append("-c")
     run(command, folder, block.name())
-    if is_program:
-        run(["./" + stem, *shlex.split(block.marks.get("run with", ""))], folder, block.name())
-    return "C++ programs run" if is_program else "C++ blocks compiled"
+    if not is_program:
+        return "C++ blocks compiled", ""
+    arguments = shlex.split(block.marks.get("run with", ""))
+    return "C++ programs run", run(["./" + stem, *arguments], folder, block.name())
+
+
+def check_output(block, printed):
+    """Where the block before was not run nothing is known."""
+    if printed is not None and " ".join(block.text.split()) not in " ".join(printed.split()):
+        raise Failure(f"{block.name()}: not what was printed, which is\n{printed}")
 
 
 def check_same(block):
@@ -116,10 +125,13 @@ def check_same(block):
             raise Failure(f"{block.name()}: differs from {block.marks['same as']}")
 
 
-def run_block(block, folder, programs):
-    """What became of it, in words, and why it was not run."""
+def run_block(block, folder, programs, printed):
+    """What became of it, in words, and what it printed, or why it was not run."""
     if "not run" in block.marks:
         return "not run", block.marks["not run"]
+    if block.tag == "output":
+        check_output(block, printed)
+        return "outputs compared", ""
     if "same as" in block.marks:
         check_same(block)
     if "saved as" in block.marks:
@@ -131,13 +143,13 @@ def run_block(block, folder, programs):
             flags = flags_of(needed)
         if flags is None:
             return "not run", f"{needed} is not installed"
-        return compile_block(block, folder, programs, flags), None
+        return compile_block(block, folder, programs, flags)
     if block.tag == "sh":
         if needed and not shutil.which(needed):
             return "not run", f"{needed} is not installed"
-        run(["bash", "-euo", "pipefail", "-c", block.text], folder, block.name(), programs)
-        return "blocks of commands run", None
-    return None, None
+        command = ["bash", "-euo", "pipefail", "-c", block.text]
+        return "blocks of commands run", run(command, folder, block.name(), programs)
+    return None, ""
 
 
 def make_inputs(folder, programs):
@@ -149,23 +161,26 @@ def make_inputs(folder, programs):
     here("ln -s scans folder_of_scans; ln -s scans SCANS")
     here("cp scans/scan_2.ply source.ply; cp scans/scan_1.ply target.ply")
     here("for k in 1 2; do map_stems scans/scan_$k.ply --out stems_$k.csv; done")
-    for name in ("build", "examples", "include", "src"):
+    for name in ("examples", "include", "src"):
         os.symlink(os.path.join(root, name), os.path.join(folder, name))
+    os.mkdir(os.path.join(folder, "build"))
+    os.symlink(programs, os.path.join(folder, "build", "release"))
 
 
 def run_page(page, inputs, programs):
     """[(block, what became of it, why not)]; a failure ends the page."""
-    done = []
+    done, printed = [], None
     with tempfile.TemporaryDirectory() as parent:
         folder = os.path.join(parent, "page")
         shutil.copytree(inputs, folder, symlinks=True)
         for block in blocks_of(page):
             try:
-                what, why = run_block(block, folder, programs)
+                what, text = run_block(block, folder, programs, printed)
             except (Failure, subprocess.TimeoutExpired) as failure:
                 return done + [(block, "failed", str(failure))]
+            printed = None if what == "not run" else text
             if what:
-                done.append((block, what, why))
+                done.append((block, what, text if what == "not run" else None))
     return done
 
 
