@@ -16,6 +16,7 @@
 
 #include "support/progress_bar.hpp"
 #include "support/stem_files.hpp"
+#include "support/warnings.hpp"
 
 namespace globalmatch {
 struct stem_map;
@@ -53,19 +54,11 @@ class stage_clock {
 /// Points, stems and the funnel between them.
 nlohmann::ordered_json describe(const stem_map& map);
 
-/// What a user should know of a scan and its map, for people and, by its code, for programs.
-struct warning {
-  std::string code, text;
-};
-
-/// Of points left out, ground that was not seen, noise, heights above the ground, and no stems.
+/// Those of the map, after one of points that the file marks.
 std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked, bool keeps_marked);
 
 /// Of what was understood of the file of a stem map.
 std::vector<warning> warnings_of(const stem_table& table);
-
-/// Of a height that is not known, and of heights that slope.
-std::vector<warning> warnings_of(const globalmatch::matching& result);
 
 /// To standard error, a line each.
 void print(const std::vector<warning>& warnings);

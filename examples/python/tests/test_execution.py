@@ -1,0 +1,123 @@
+"""The GIL is released, progress is reported, Ctrl-C is heard, and scans are not copied."""
+import os
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import globalmatch
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def long_scan(scans):
+    """As many points as take a second and more."""
+    return np.vstack([scans[1] + [40.0 * column, 0, 0] for column in range(25)])
+
+
+def test_other_threads_run_meanwhile(long_scan):
+    longest, stop = [0.0], threading.Event()
+
+    def watch():
+        before = time.monotonic()
+        while not stop.is_set():
+            time.sleep(0.001)
+            now = time.monotonic()
+            longest[0], before = max(longest[0], now - before), now
+
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    began = time.monotonic()
+    globalmatch.map_stems(long_scan, threads=1)
+    took = time.monotonic() - began
+    stop.set()
+    watcher.join()
+    assert longest[0] < 0.7 * took
+
+
+def test_threads_may_map_at_once(scans):
+    reference = globalmatch.map_stems(scans[1]).stems.tobytes()
+    results = []
+    threads = [
+        threading.Thread(target=lambda: results.append(globalmatch.map_stems(scans[1]).stems.tobytes()))
+        for _ in range(3)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert results == [reference] * 3
+
+
+def test_the_number_of_threads_does_not_matter(scans):
+    maps = [globalmatch.map_stems(scans[1], threads=threads) for threads in (1, 2, 5)]
+    assert len({found.stems.tobytes() for found in maps}) == 1
+
+
+def test_progress_is_called_with_fraction_and_stage(long_scan):
+    calls = []
+    globalmatch.map_stems(long_scan, progress=lambda fraction, stage: calls.append((fraction, stage)))
+    assert len(calls) > 2
+    assert all(0 <= fraction <= 1 and isinstance(stage, str) and stage for fraction, stage in calls)
+    assert "ground" in {stage for _, stage in calls}
+
+
+def test_progress_cancels_by_false(scans, stems):
+    def stop(_fraction, _stage):
+        return False
+
+    assert globalmatch.map_stems(scans[1], progress=stop).cancelled
+    result = globalmatch.register_scans(*scans, progress=stop)
+    assert result.outcome == "cancelled" and result.target_from_source is None and result.warnings == []
+    assert globalmatch.match_stems(stems[:, :3], stems[:, :3], progress=stop).outcome == "cancelled"
+    assert globalmatch.register_survey([stems[:, :3]] * 2, progress=stop).cancelled
+
+
+def test_what_progress_raises_is_raised(scans):
+    def fail(_fraction, stage):
+        raise LookupError(stage)
+
+    with pytest.raises(LookupError, match="ground"):
+        globalmatch.map_stems(scans[1], progress=fail)
+
+
+def test_ctrl_c_is_raised_within_a_second(long_scan):
+    interrupted = []
+
+    def interrupt():
+        interrupted.append(time.monotonic())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.2, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        while True:
+            globalmatch.map_stems(long_scan, threads=1)
+    assert time.monotonic() - interrupted[0] < 1
+    assert len(globalmatch.map_stems(long_scan[:10])) == 0  # what was interrupted leaves nothing behind
+
+
+# Points of little weight for the library: they fall into few cells.
+peak = """
+import resource, sys, numpy, globalmatch
+numbers = numpy.random.default_rng(1)
+points = numpy.empty((5000000, 3), sys.argv[1], sys.argv[2])
+for k in range(3):
+    points[:, k] = numbers.random(len(points), numpy.float32)
+points = points[:, ::-1]
+globalmatch.map_stems(numpy.zeros((10, 3)))
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+globalmatch.map_stems(points, threads=1, understory={"min_height": 50, "max_height": 60})
+print(1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before), points.nbytes)
+"""
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+def test_points_are_not_copied(dtype, order):
+    run = subprocess.run([sys.executable, "-c", peak, dtype, order], capture_output=True, text=True, check=True)
+    grown, size = map(int, run.stdout.split())
+    assert grown < 0.2 * size

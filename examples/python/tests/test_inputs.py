@@ -1,0 +1,143 @@
+"""Points may lie in arrays of any kind; what does not fit is refused by its name."""
+import globalmatch
+import numpy as np
+import pandas
+import pytest
+
+
+def same_bits(map_a, map_b):
+    return map_a.stems.tobytes() == map_b.stems.tobytes() and np.array_equal(map_a.up, map_b.up)
+
+
+def with_strides(points):
+    """The same in every other row, backwards, of a wider array."""
+    wide = np.zeros((2 * len(points), 7), points.dtype)
+    view = wide[::-2, 5:2:-1]
+    view[:] = points
+    return view
+
+
+def unaligned(points):
+    rows = np.zeros(len(points), [("flag", "u1"), ("xyz", points.dtype, 3)])  # without padding
+    rows["xyz"] = points
+    return rows["xyz"]
+
+
+def structured(points, names="xyz"):
+    rows = np.zeros(len(points), [("intensity", "u2")] + [(name, points.dtype) for name in names])
+    for k, name in enumerate(names):
+        rows[name] = points[:, k]
+    return rows
+
+
+forms = {
+    "C order": np.ascontiguousarray,
+    "Fortran order": np.asfortranarray,
+    "strides": with_strides,
+    "unaligned": unaligned,
+    "read only": lambda points: np.frombuffer(points.tobytes(), points.dtype).reshape(-1, 3),
+    "structured": structured,
+    "structured, upper case": lambda points: structured(points, "XYZ"),
+    "DataFrame": lambda points: pandas.DataFrame(points, columns=list("xyz")),
+    "DataFrame, upper case": lambda points: pandas.DataFrame(points, columns=list("XYZ")).assign(n=1),
+    "dictionary": lambda points: dict(zip("xyz", points.T)),
+    "subclass": lambda points: points.view(np.matrix),
+}
+
+
+@pytest.fixture(scope="module", params=[np.float32, np.float64], ids=["float32", "float64"])
+def mapped(request, scans):
+    points = scans[1].astype(request.param)
+    return points, globalmatch.map_stems(points)
+
+
+@pytest.mark.parametrize("form", forms)
+def test_arrays_of_any_form_give_the_same_bits(mapped, form):
+    points, reference = mapped
+    assert len(reference) > 30
+    assert same_bits(globalmatch.map_stems(forms[form](points)), reference)
+
+
+def test_columns_of_different_types_are_read_as_they_are(scans):
+    points = scans[1].astype(np.float32)
+    mixed = {"x": points[:, 0], "y": points[:, 1].astype(np.float64), "z": points[:, 2]}
+    assert same_bits(globalmatch.map_stems(mixed), globalmatch.map_stems(points))
+
+
+@pytest.mark.parametrize("form", forms)
+def test_stems_of_any_form_give_the_same_bits(stems, form):
+    positions = stems[:, :3].copy()
+    reference = globalmatch.match_stems(positions, positions[:30])
+    result = globalmatch.match_stems(forms[form](positions), forms[form](positions[:30]))
+    assert reference.outcome == "registered"
+    assert result.target_from_source.tobytes() == reference.target_from_source.tobytes()
+    assert result.uncertainty.covariance.tobytes() == reference.uncertainty.covariance.tobytes()
+
+
+def test_stems_without_heights_leave_the_height_unknown(stems):
+    for flat in (stems[:, :2], pandas.DataFrame(stems[:, :2], columns=["x", "y"])):
+        result = globalmatch.match_stems(flat, flat)
+        assert result.outcome == "registered"
+        assert not result.vertical.is_known
+        assert "height_unknown" in dict(result.warnings)
+
+
+def test_radii_and_sigmas_of_columns_count(stems):
+    table = pandas.DataFrame(stems, columns=["x", "y", "z", "radius"]).assign(position_sigma=-1.0)
+    with pytest.raises(ValueError, match="source: position_sigma 0 is negative"):
+        globalmatch.match_stems(table, stems[:, :3])
+    table["position_sigma"] = 0.02
+    table["radius"] = table["radius"].astype(str)
+    with pytest.raises(TypeError, match="source: column radius: expected float32 or float64"):
+        globalmatch.match_stems(table, stems[:, :3])
+
+
+def test_points_that_are_not_finite_are_counted_in_scans_and_refused_in_stems(scans, stems):
+    points = scans[1].copy()
+    points[5] = np.nan
+    points[7, 2] = np.inf
+    assert globalmatch.map_stems(points).not_finite == 2
+    with pytest.raises(ValueError, match="target: position 3 is not finite"):
+        positions = stems[:, :3].copy()
+        positions[3, 1] = np.nan
+        globalmatch.match_stems(stems[:, :3], positions)
+
+
+points = np.zeros((5, 3))
+
+
+@pytest.mark.parametrize(
+    "given, error, message",
+    [
+        (np.zeros((5, 2)), ValueError, r"source: expected an N x 3 array, got shape \(5, 2\)"),
+        (np.zeros(0), ValueError, r"source: expected an N x 3 array, got shape \(0,\)"),
+        (np.zeros((3, 5, 3)), ValueError, r"source: expected an N x 3 array, got shape \(3, 5, 3\)"),
+        (points.astype(int), TypeError, "source: expected float32 or float64 .* got int64"),
+        (points.astype(np.float16), TypeError, "source: expected float32 or float64 .* got float16"),
+        (points.astype(">f4"), TypeError, "source: expected .* in the byte order of the machine, got >f4"),
+        (None, TypeError, "source: expected an N x 3 array"),
+        ({"x": points[:, 0], "y": points[:, 0]}, ValueError, r"source: expected columns x, y, z, got \['x', 'y'\]"),
+        ({"x": points[:, 0], "y": points[:4, 0], "z": points[:, 0]}, ValueError, "source: columns differ"),
+        ({"x": points, "y": points, "z": points}, ValueError, "source: expected one number a row in x"),
+        (structured(points, "abc"), ValueError, "source: expected columns x, y, z"),
+    ],
+)
+def test_what_is_no_scan_is_refused_by_its_name(given, error, message):
+    with pytest.raises(error, match=message):
+        globalmatch.register_scans(given, points)
+    with pytest.raises(error, match=message.replace("source", "target")):
+        globalmatch.register_scans(points, given)
+
+
+def test_an_empty_scan_is_an_answer_with_a_reason():
+    result = globalmatch.register_scans(np.zeros((0, 3)), np.zeros((0, 3)))
+    assert result.target_from_source is None
+    assert result.outcome == "not_registered" and "0 stems" in result.reason
+
+
+def test_lists_and_what_numpy_takes_are_read_too(stems):
+    class Wrapped:
+        def __array__(self, dtype=None):
+            return stems[:, :3]
+
+    assert globalmatch.match_stems(stems[:, :3].tolist(), Wrapped()).outcome == "registered"
