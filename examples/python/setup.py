@@ -19,10 +19,12 @@ version = project.group(1)
 
 def eigen():
     """The folder of Eigen's headers."""
+    if "EIGEN3_INCLUDE_DIR" in os.environ:
+        return os.environ["EIGEN3_INCLUDE_DIR"]
     if shutil.which("pkg-config"):
-        found = subprocess.run(["pkg-config", "--variable=prefix", "eigen3"], capture_output=True, text=True)
-        if found.returncode == 0 and found.stdout.strip():
-            return found.stdout.strip() + "/include/eigen3"
+        found = subprocess.run(["pkg-config", "--cflags-only-I", "eigen3"], capture_output=True, text=True)
+        if found.returncode == 0 and found.stdout.startswith("-I"):
+            return found.stdout.split()[0][2:]
     return "/usr/include/eigen3"
 
 

@@ -1,5 +1,5 @@
-"""What the plugin uses of pycc and cccorelib, the modules of CloudCompare's Python runtime, which are there in
-CloudCompare alone. Names and signatures are those of its documentation."""
+"""What the plugin uses of pycc and cccorelib, the modules of CloudCompare's Python runtime, which are nowhere
+else. Names and signatures are those of its documentation."""
 import types
 
 import numpy as np

@@ -116,7 +116,7 @@ points = np.zeros((5, 3))
         (points.astype(np.float16), TypeError, "source: expected float32 or float64 .* got float16"),
         (points.astype(">f4"), TypeError, "source: expected .* in the byte order of the machine, got >f4"),
         (None, TypeError, "source: expected an N x 3 array"),
-        ({"x": points[:, 0], "y": points[:, 0]}, ValueError, r"source: expected columns x, y, z, got \['x', 'y'\]"),
+        (dict(zip("xy", points.T)), ValueError, r"source: expected columns x, y, z, got \['x', 'y'\]"),
         ({"x": points[:, 0], "y": points[:4, 0], "z": points[:, 0]}, ValueError, "source: columns differ"),
         ({"x": points, "y": points, "z": points}, ValueError, "source: expected one number a row in x"),
         (structured(points, "abc"), ValueError, "source: expected columns x, y, z"),

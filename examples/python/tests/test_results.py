@@ -111,7 +111,7 @@ def test_maps_are_kept_in_files_and_pickled(registration, tmp_path):
 
 def test_match_stems_is_that_of_the_program(stems, true_transform, tmp_path):
     source = transformed(np.linalg.inv(true_transform), stems[5:, :3])
-    tables = [pandas.DataFrame(source, columns=list("xyz")), pandas.DataFrame(stems[:30, :3], columns=list("xyz"))]
+    tables = [pandas.DataFrame(rows, columns=list("xyz")) for rows in (source, stems[:30, :3])]
     for name, table in zip(("source", "target"), tables):
         table.to_csv(tmp_path / f"{name}.csv", index=False, float_format="%.17g")
     program("match_stems", tmp_path / "source.csv", tmp_path / "target.csv", "--out", tmp_path / "T.txt")
