@@ -62,9 +62,9 @@ inline void read_fields(keywords& from, registration_icp& options) {
   from.group("icp", options.icp, "metric");
 }
 
-/// Runs `work(exec)` without the GIL. Every 50 ms, or where the library asks less often, signals are looked
-/// at and `progress(fraction, stage)` is called: what it raises, as KeyboardInterrupt, is raised once all
-/// threads have stopped, and False cancels.
+/// Runs `work(exec)` without the GIL. Where the library asks, every 20 ms at most, signals are looked at and
+/// `progress(fraction, stage)` is called. What either raises, as KeyboardInterrupt, is raised once all
+/// threads have stopped; False cancels.
 template <class Work>
 auto run(const run_options& options, const Work& work) {
   using clock = std::chrono::steady_clock;

@@ -46,6 +46,8 @@ mapped_registration register_given_maps(std::shared_ptr<stem_map> source, std::s
 }
 
 std::string represent(const mapped_registration& r) {
+  if (!r.target_from_source)
+    return "<Registration: " + std::string(to_string(r.outcome)) + ", " + r.reason + ">";
   std::string text = python::represent(r.matching);
   text.replace(0, std::string("<Matching").size(), "<Registration");
   if (r.refined) text.insert(text.size() - 1, ", refined by ICP");
