@@ -69,7 +69,8 @@ def register_and_report(source, target):
     for _code, text in registration.warnings:
         pycc.ccLog.Warning(f"globalmatch: {text}")
     if registration.target_from_source is None:
-        pycc.ccLog.Error(describe(registration, source, target))
+        log = pycc.ccLog.Warning if registration.outcome == "cancelled" else pycc.ccLog.Error
+        log(describe(registration, source, target))
         return registration
     transform(source, registration.target_from_source)
     source.setGlobalShift(*global_shift(target))

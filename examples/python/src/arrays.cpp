@@ -20,10 +20,6 @@ std::string text_of(const py::object& value) {
   return py::cast<std::string>(py::str(value));
 }
 
-std::string type_of(py::handle value) {
-  return py::cast<std::string>(py::type::of(value).attr("__name__"));
-}
-
 std::string upper_case(std::string name) {
   for (char& c : name) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return name;

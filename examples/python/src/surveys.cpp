@@ -2,8 +2,9 @@
 #include <globalmatch/survey.hpp>
 #include <globalmatch/survey_refinement.hpp>
 
+#include <algorithm>
+#include <functional>
 #include <memory>
-#include <ranges>
 #include <sstream>
 
 #include "arrays.hpp"
@@ -56,7 +57,8 @@ maps_given read_maps(const py::object& maps) {
 refined_survey register_given(const py::object& maps, const py::kwargs& given) {
   const auto [running, options] = read_options<run_options, survey_options>(given);
   const maps_given all = read_maps(maps);
-  const auto each = all | std::views::transform([](const auto& map) -> const stem_map& { return *map; });
+  std::vector<std::reference_wrapper<const stem_map>> each;
+  for (const auto& map : all) each.push_back(*map);
   return run(running, [&, &options = options](const execution& exec) {
     return refined_survey{register_survey(each, options, exec), {}};
   });

@@ -71,6 +71,7 @@ def test_progress_cancels_by_false(scans, stems):
     assert globalmatch.map_stems(scans[1], progress=stop).cancelled
     result = globalmatch.register_scans(*scans, progress=stop)
     assert result.outcome == "cancelled" and result.target_from_source is None and result.warnings == []
+    assert repr(result) == "<Registration: cancelled, cancelled by the progress callback>"
     assert globalmatch.match_stems(stems[:, :3], stems[:, :3], progress=stop).outcome == "cancelled"
     assert globalmatch.register_survey([stems[:, :3]] * 2, progress=stop).cancelled
 
