@@ -120,17 +120,26 @@ void add_parts(py::module_& module) {
       .def_property_readonly("first", array_of(&planting_lattice::first))
       .def_property_readonly("second", array_of(&planting_lattice::second))
       .def_property_readonly("direction", &planting_lattice::direction)
-      .def_property_readonly("angle", &planting_lattice::angle);
+      .def_property_readonly("angle", &planting_lattice::angle)
+      .def("__repr__", [](const py::object& self) {
+        return represent_by(self, {"first", "second"});
+      });
   py::class_<scale_estimate>(module, "Scale", "By how much distances in the target are longer.")
       .def_readonly("factor", &scale_estimate::factor)
       .def_readonly("sigma", &scale_estimate::sigma)
       .def_readonly("differs", &scale_estimate::differs)
-      .def_readonly("is_applied", &scale_estimate::is_applied);
+      .def_readonly("is_applied", &scale_estimate::is_applied)
+      .def("__repr__", [](const py::object& self) {
+        return represent_by(self, {"factor", "sigma", "differs", "is_applied"});
+      });
   py::class_<prior_deviation>(module, "PriorDeviation", "How a transform differs from that of the prior.")
       .def_readonly("distance", &prior_deviation::distance)
       .def_readonly("turn", &prior_deviation::turn)
       .def_readonly("sigmas", &prior_deviation::sigmas)
-      .def_readonly("is_contradicted", &prior_deviation::is_contradicted);
+      .def_readonly("is_contradicted", &prior_deviation::is_contradicted)
+      .def("__repr__", [](const py::object& self) {
+        return represent_by(self, {"distance", "turn", "sigmas", "is_contradicted"});
+      });
 }
 
 }  // namespace

@@ -81,7 +81,10 @@ void add_registrations(py::module_& module) {
       .def_readonly("converged", &icp_result::converged)
       .def_readonly("iterations", &icp_result::iterations)
       .def_readonly("pairs", &icp_result::pairs)
-      .def_readonly("rms", &icp_result::rms);
+      .def_readonly("rms", &icp_result::rms)
+      .def("__repr__", [](const py::object& self) {
+        return represent_by(self, {"converged", "iterations", "pairs", "rms"});
+      });
   using result = mapped_registration;
   py::class_<result>(module, "Registration",
                      "What came of a registration, with the evidence to trust or reject it.")

@@ -24,6 +24,16 @@ py::list describe(const std::vector<support::warning>& warnings) {
   return list;
 }
 
+std::string represent_by(const py::object& self, std::initializer_list<const char*> properties) {
+  std::string text = "<" + py::cast<std::string>(py::type::of(self).attr("__name__"));
+  const char* before = ": ";
+  for (const char* property : properties) {
+    text += before + std::string(property) + " " + py::cast<std::string>(py::repr(self.attr(property)));
+    before = ", ";
+  }
+  return text + ">";
+}
+
 std::vector<support::warning> all_warnings_of(const stem_map& map) {
   if (map.cancelled) return {};
   std::vector<support::warning> warnings = support::warnings_of(map);

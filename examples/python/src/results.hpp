@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -90,6 +91,9 @@ py::list describe(const std::vector<funnel_step>& steps);
 py::list describe(const std::vector<support::warning>& warnings);
 /// Those of a map, with one of stems that are clearly tilted.
 std::vector<support::warning> all_warnings_of(const stem_map& map);
+
+/// A representation by some properties: "<Scale: factor 1.0, sigma 0.0001>".
+std::string represent_by(const py::object& self, std::initializer_list<const char*> properties);
 
 /// "<Matching: registered, ...>"
 std::string represent(const matching& result);

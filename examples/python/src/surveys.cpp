@@ -231,7 +231,10 @@ void add_pair(py::module_& module) {
       .def_readonly("tilt_sigma", &pair::tilt_sigma)
       .def_readonly("samples", &pair::samples)
       .def_readonly("rms", &pair::rms)
-      .def_readonly("reason", &pair::reason);
+      .def_readonly("reason", &pair::reason)
+      .def("__repr__", [](const py::object& self) {
+        return represent_by(self, {"source", "target", "is_refined", "is_height_refined", "samples", "rms"});
+      });
 }
 
 void add_survey(py::module_& module) {

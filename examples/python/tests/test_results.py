@@ -85,6 +85,8 @@ def test_representations_say_what_matters(registration):
     assert "pairs, log10 NFA -" in repr(registration.hypotheses[0])
     assert "4 degrees of freedom" in repr(registration.uncertainty)
     assert repr(registration.vertical).startswith("<Vertical: level, height by ground")
+    assert repr(registration.icp).startswith("<IcpResult: converged True, iterations ")
+    assert repr(registration.matching.scale).startswith("<Scale: factor 1.")
 
 
 def test_funnels_and_warnings_are_lists(registration):
@@ -158,6 +160,19 @@ def test_a_survey_places_scans_and_names_those_that_it_does_not():
     assert repr(result).startswith("<Survey: 4 of 5 scans placed, 2 components, ")
     assert len(result.observations) == result.trees["scans"].sum()
     assert set(result.trees["component"]) == {0} and set(result.observations["scan"]) == {0, 1, 2, 3}
+
+
+def test_register_survey_is_that_of_the_program(tmp_path):
+    maps = survey_maps()[:4]
+    files = [tmp_path / f"map_{k}.csv" for k in range(len(maps))]
+    for path, stems in zip(files, maps):
+        stems.to_csv(path, index=False, float_format="%.17g")
+    program("register_survey", "--stem-maps", *files, "--out-dir", tmp_path / "survey")
+    written = [np.loadtxt(tmp_path / "survey" / f"T_{path.stem}.txt") for path in files]
+    reference = [np.array_equal(pose, np.eye(4)) for pose in written].index(True)
+    result = globalmatch.register_survey(maps, reference=reference)
+    for scan, pose in zip(result.scans, written):
+        assert np.abs(scan.survey_from_scan - pose).max() < 1e-9
 
 
 def test_fixed_scans_give_the_frame_of_a_survey():
