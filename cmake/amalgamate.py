@@ -8,7 +8,6 @@ import sys
 
 INCLUDES = pathlib.Path(__file__).resolve().parent.parent / "include"
 OWN = re.compile(r'^\s*#\s*include "(globalmatch/[^"]+)"')
-OTHERS = re.compile(r"^#include <[^>]+>")
 
 
 def insert(name, seen, lines):
@@ -18,10 +17,8 @@ def insert(name, seen, lines):
     for line in (INCLUDES / name).read_text().splitlines():
         if own := OWN.match(line):
             insert(own.group(1), seen, lines)
-        elif line.strip() != "#pragma once" and not (OTHERS.match(line) and line in seen):
+        elif line.strip() != "#pragma once":
             lines.append(line)
-            if OTHERS.match(line):
-                seen.add(line)
 
 
 def main():
@@ -32,7 +29,9 @@ def main():
     head += [f"// {line}".rstrip() for line in licence]
     head += ["#pragma once", "", "#ifdef GLOBALMATCH_COMPILED"]
     head += ['#error "the compiled mode needs the headers as they are; this file has all code"', "#endif", ""]
-    pathlib.Path(sys.argv[1]).write_text("\n".join(head + lines) + "\n")
+    out = pathlib.Path(sys.argv[1])
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text("\n".join(head + lines) + "\n")
 
 
 if len(sys.argv) != 2:

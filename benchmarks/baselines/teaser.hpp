@@ -14,7 +14,7 @@
 namespace globalmatch::benchmarks {
 
 struct teaser_options {
-  std::size_t max_associations = 2500;  ///< as all pairs of them are made
+  std::size_t max_associations = 4000;  ///< as all pairs of them are made
 };
 
 /// The search cannot be stopped: one that took too long counts as stopped in the end.

@@ -46,6 +46,9 @@ for page in pages:
         target = os.path.normpath(os.path.join(os.path.dirname(page), path)) if path else page
         if not os.path.exists(target): bad.append(f'{page}: no {link}')
         elif anchor and anchor not in anchors(target): bad.append(f'{page}: no heading {link}')
+version = re.search(r'VERSION ([\d.]+)', open('CMakeLists.txt', encoding='utf-8').read().split('project(')[1])[1]
+for file, mark in (('CITATION.cff', 'version: '), ('packaging/vcpkg/globalmatch/vcpkg.json', '"version": "')):
+    if mark + version not in open(file, encoding='utf-8').read(): bad.append(f'{file}: has another version than {version}')
 print('\n'.join(bad) or 'pages agree with headers and limits')
 sys.exit(bool(bad))
 P
