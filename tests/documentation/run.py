@@ -3,10 +3,11 @@
 
 usage: tests/documentation/run.py [--programs build/release] [--jobs N] [PAGE...]
 
-Blocks with the tags cpp and sh, and those without a tag, which are commands. Each page has a folder of its
-own, where its blocks run in their order, beside the scans and maps of `make_inputs`. A C++ block with `main`
-is a program; one without is compiled alone. What a block with the tag output holds was printed by the block
-before, spaces and line ends aside. Comments of one line before a block say more:
+Blocks with the tags cpp and sh, and those without a tag, which are commands; those with other tags are named
+as not run. Each page has a folder of its own, where its blocks run in their order, beside the scans and maps
+of `make_inputs`. A C++ block with `main` is a program; one without is compiled alone. What a block with the
+tag output holds was printed by the block before, spaces and line ends aside. Comments of one line before a
+block say more:
 
     <!-- not run: REASON -->       it is left out; the reason is printed
     <!-- needs: NAME -->           left out where this command, or library (see `libraries`), is missing
@@ -49,7 +50,7 @@ class Failure(Exception):
 
 
 def blocks_of(page):
-    """Fenced blocks, with the comments between them and the text before."""
+    """Fenced blocks, with the comments before them. Throws Failure for a block that has no end."""
     blocks, marks, inside = [], {}, None
     for number, line in enumerate(open(os.path.join(root, page), encoding="utf-8"), 1):
         fence = re.match(r"\s*```(\w*)", line)
@@ -68,6 +69,8 @@ def blocks_of(page):
             if "<!--" in line:
                 raise Failure(f"{page}:{number}: not a mark of tests/documentation/run.py: {line.strip()}")
             marks = {}
+    if inside is not None:
+        raise Failure(f"{inside.name()}: this block has no end")
     return blocks
 
 
@@ -85,7 +88,9 @@ def run(command, folder, name, programs=None, **options):
 
 
 def flags_of(library):
-    """What g++ needs for it, or None where it is not installed."""
+    """What g++ needs for it, or None where it is not installed, as far as pkg-config knows."""
+    if not shutil.which("pkg-config"):
+        return None
     found = subprocess.run(["pkg-config", "--cflags", libraries[library]], capture_output=True, text=True)
     if found.returncode != 0:
         return None
@@ -114,8 +119,14 @@ def compile_block(block, folder, programs, flags):
 
 
 def check_output(block, printed):
+    """`printed` is None where the block before was not run."""
+    if not block.text.strip():
+        raise Failure(f"{block.name()}: an output without text")
+    if printed is None:
+        return "not run", "the block before was not"
     if " ".join(block.text.split()) not in " ".join(printed.split()):
         raise Failure(f"{block.name()}: not what was printed, which is\n{printed}")
+    return "outputs compared", ""
 
 
 def check_same(block):
@@ -129,10 +140,7 @@ def run_block(block, folder, programs, printed):
     if "not run" in block.marks:
         return "not run", block.marks["not run"]
     if block.tag == "output":
-        if printed is None:
-            return "not run", "the block before was not"
-        check_output(block, printed)
-        return "outputs compared", ""
+        return check_output(block, printed)
     if "same as" in block.marks:
         check_same(block)
     if "saved as" in block.marks:
@@ -150,7 +158,9 @@ def run_block(block, folder, programs, printed):
             return "not run", f"{needed} is not installed"
         command = ["bash", "-euo", "pipefail", "-c", block.text]
         return "blocks of commands run", run(command, folder, block.name(), programs)
-    return None, ""
+    if block.marks.keys() & {"same as", "saved as"}:
+        return "files compared or written", ""
+    return "not run", f"it has the tag {block.tag}"
 
 
 def make_inputs(folder, programs):
@@ -180,8 +190,7 @@ def run_page(page, inputs, programs):
             except (Failure, subprocess.TimeoutExpired) as failure:
                 return done + [(block, "failed", str(failure))]
             printed = None if what == "not run" else text
-            if what:
-                done.append((block, what, text if what == "not run" else None))
+            done.append((block, what, text if what == "not run" else None))
     return done
 
 
