@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Fails where a link or image of a folder of HTML leads to no file of it, or to no place in the file.
+"""Fails where a link or image of a folder of HTML leads to no file of it, or to no place in the file, and
+where there are no pages.
 
 usage: check_links.py FOLDER
 """
@@ -26,6 +27,8 @@ class Page(html.parser.HTMLParser):
 def main():
     folder = sys.argv[1]
     pages = {os.path.basename(path): Page(path) for path in glob.glob(os.path.join(folder, "*.html"))}
+    if not pages:
+        sys.exit(f"{folder} has no pages")
     broken = set()
     for name, page in pages.items():
         for link in page.links:
