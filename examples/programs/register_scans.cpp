@@ -5,6 +5,10 @@
 #include "support/file_error.hpp"
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
+#include "support/programs/run_record.hpp"
+#include "support/programs/scan_colours.hpp"
+#include "support/report/registration_report.hpp"
+#include "support/report/report_file.hpp"
 #include "support/scan_files.hpp"
 #include "support/scan_mapping.hpp"
 #include "support/scan_writer.hpp"
@@ -16,8 +20,6 @@
 using namespace globalmatch;
 
 namespace {
-
-constexpr support::rgb source_colour = {213, 94, 0}, target_colour = {0, 114, 178};
 
 /// Throws `file_error` where a scan would be replaced by what is read from it.
 void require_other_file(const std::filesystem::path& path, const std::filesystem::path& scan) {
@@ -42,7 +44,10 @@ int main(int argc, char** argv) {
          "--write", merged,
          "both scans in the target's frame with their attributes: .ply (one colour each), .las or .laz")
       ->type_name("FILE");
-  app.add_option("--report", picture, "drawing of both stem maps before and after (SVG)")->type_name("FILE");
+  app.add_option(
+         "--report", picture,
+         "whether to trust the result, and why: a page (.html), or a drawing of both stem maps (.svg)")
+      ->type_name("FILE");
   options.add_forms_to(app, true);
   options.add_mapping_to(app);
   options.add_matching_to(app);
@@ -51,6 +56,7 @@ int main(int argc, char** argv) {
   options.add_execution_to(app);
 
   return support::run_program(app, argc, argv, [&] {
+    support::require_report_format(picture);
     support::require_writable({out, merged, picture, options.json});
     support::require_forms(options.out_as, source_file, target_file);
     support::scan_options reading = options.for_reading();
@@ -69,19 +75,16 @@ int main(int argc, char** argv) {
     clock.leave();
 
     if (!merged.empty() && result.target_from_source) {
-      const support::placed_scan scans[] = {{&target, Eigen::Isometry3d::Identity(), target_colour},
-                                            {&source, *result.target_from_source, source_colour}};
+      const support::placed_scan scans[] = {
+          {&target, Eigen::Isometry3d::Identity(), support::target_scan_colour},
+          {&source, *result.target_from_source, support::source_scan_colour}};
       support::write_scans(merged, scans, options.threads);
     }
-    if (!picture.empty())
-      support::write_report_picture(
-          picture, source_map, target_map, result,
-          source_file.filename().string() + " on " + target_file.filename().string());
     auto report = support::describe(result.matching, result.target_from_source);
     report["source"] = support::describe(source_map);
     report["target"] = support::describe(target_map);
+    report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
-    report["stages"] = clock.stages();
     auto warnings = support::warnings_of(source_map, source.marked(), options.keep_noise);
     support::print(warnings, source_file);
     report["source"]["warnings"] = support::describe(warnings);
@@ -92,6 +95,10 @@ int main(int argc, char** argv) {
     support::print(support::warnings_of(result.matching));
     const bool lacks_height =
         options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
+    if (!picture.empty())
+      support::write_registration_report(picture, {source_file.filename().string(), source, source_map},
+                                         {target_file.filename().string(), target, target_map}, result,
+                                         options.require_height, report);
     const auto trusted = lacks_height ? std::nullopt : result.target_from_source;
     support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source_map.stems),
                                    source_file, std::cout,

@@ -11,14 +11,15 @@
 #include "support/programs/survey_files.hpp"
 #include "support/programs/survey_inputs.hpp"
 #include "support/programs/survey_matching.hpp"
-#include "support/programs/survey_picture.hpp"
 #include "support/programs/survey_posed_files.hpp"
 #include "support/programs/survey_refinement.hpp"
 #include "support/programs/survey_scans.hpp"
 #include "support/programs/survey_work.hpp"
+#include "support/report/survey_report.hpp"
 #include "support/stage_lock.hpp"
 
 #include <iostream>
+#include <optional>
 
 using namespace globalmatch;
 using json = nlohmann::ordered_json;
@@ -42,9 +43,9 @@ void refine_part(const support::survey_work& work, const support::survey_command
   std::cout << support::name_of(part) << ": " << pairs.size() << " pairs refined\n";
 }
 
-/// Places the maps, writes all results, and returns what is reported of them.
-json solve_and_write(support::survey_work& work, const support::survey_command& command,
-                     const support::survey_constraints& constraints, const execution& exec) {
+/// Places the maps, writes all results but the drawing or page, and adds what is reported of them.
+survey solve_and_write(support::survey_work& work, const support::survey_command& command,
+                       const support::survey_constraints& constraints, const execution& exec, json& report) {
   const auto lock = lock_stage(command, "solve");
   const survey_options options = constraints.options_for(work, command.out_dir);
   survey result = solve_survey(work.maps, support::kept_matches(work, command), options, exec);
@@ -57,19 +58,18 @@ json solve_and_write(support::survey_work& work, const support::survey_command& 
                                     ? work.names[*options.reference]
                                     : support::reference_of(result, work.names);
   support::fill_statuses(work.rows, result);
-  json report = support::describe(work.rows, result);
+  report = support::describe(work.rows, result);
   report["reference"] = reference;
   report["targets"] = support::describe_targets(result, work.names);
   report["refinement"] = refinement;
   if (work.control) report["control"] = control;
-  if (!command.picture.empty()) support::write_survey_picture(command.picture, work.rows, result);
   support::write_placed_scans(work, command, result);
   support::write_posed_files(work, command, result);
   support::write_survey(command.out_dir, work.rows, work.names, result, report);
   support::report_constraints(result, options, work);
   report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';
-  return report;
+  return result;
 }
 
 }  // namespace
@@ -98,19 +98,21 @@ int main(int argc, char** argv) {
     }();
     if (constraints.control && command.only != "map") support::add_control(work, *constraints.control);
     json report = json::object();
+    std::optional<survey> placed;
     if (command.only == "match") {
       const auto lock = lock_stage(command, "match");
       support::match_part(work, command, constraints.options_for(work, command.out_dir), exec);
     } else if (command.only == "refine") {
       refine_part(work, command, constraints.options_for(work, command.out_dir), exec);
     } else if (command.only != "map") {
-      report = solve_and_write(work, command, constraints, exec);
+      placed = solve_and_write(work, command, constraints, exec, report);
     }
     clock.leave();
     if (work.maps.empty() && !work.rows.empty()) return int(support::unusable_input);
     report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report.update(support::describe_inputs(inputs, work));
     support::write_json(command.options.json, report);
+    if (placed) support::write_survey_report(command, work, *placed, report);
     return int(report.value("all_placed", true) ? support::done : support::no_registration);
   });
 }

@@ -311,7 +311,7 @@ std::string note_on_sizes(const page_scale& scale, const plan_picture& picture) 
 
 }  // namespace
 
-void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture) {
+void draw_plan_picture(std::ostream& out, const plan_picture& picture) {
   require_valid(picture);
   const horizontal_points target = horizontal(picture.target.positions);
   const horizontal_points source = horizontal(picture.source.positions);
@@ -329,12 +329,8 @@ void write_plan_picture(const std::filesystem::path& path, const plan_picture& p
   const double caption_y = legend_y + 36;
   const double page_height = caption_y + line_height * static_cast<double>(caption.size());
 
-  atomic_file file(path);
-  std::ostream& out = file.stream();
   out << std::fixed << std::setprecision(2);
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " << page_width << ' ' << page_height
-      << "\" width=\"" << page_width << "\" height=\"" << page_height << "\" font-family=\"sans-serif\">\n"
-      << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  begin_picture(out, page_width, page_height, picture.title, picture.caption);
   draw_text(out, margin, 36, picture.title, {.size = 20, .colour = ink, .weight = "bold"});
   draw_as_they_came(out, picture, scale, left_source, left_target);
   draw_registered(out, picture, scale, transformed_source, target, right_box);
@@ -344,7 +340,13 @@ void write_plan_picture(const std::filesystem::path& path, const plan_picture& p
   draw_legend(out, picture, legend_y);
   for (std::size_t i = 0; i < caption.size(); ++i)
     draw_text(out, margin, caption_y + line_height * static_cast<double>(i), caption[i]);
-  out << "</svg>\n";
+  end_picture(out);
+}
+
+void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture) {
+  require_valid(picture);
+  atomic_file file(path);
+  draw_plan_picture(file.stream(), picture);
   file.commit();
 }
 

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <ostream>
 #include <span>
 #include <string>
 #include <utility>
@@ -33,9 +34,11 @@ struct plan_picture {
 
 /// Draws two panels at one scale. Left: each map in its own frame, its middle moved to the panel's. Right:
 /// the source in the frame of the target; matched stems are filled, source in target, joined by a line and in
-/// a yellow halo; all others are hollow. Throws `file_error` when the file cannot be written, and
-/// `std::invalid_argument` when positions are not finite, radii are neither none nor one for each stem, or a
-/// match names no stem.
+/// a yellow halo; all others are hollow. Throws `std::invalid_argument` when positions are not finite, radii
+/// are neither none nor one for each stem, or a match names no stem.
+void draw_plan_picture(std::ostream& out, const plan_picture& picture);
+
+/// The same as a file. Throws `file_error` when it cannot be written.
 void write_plan_picture(const std::filesystem::path& path, const plan_picture& picture);
 
 }  // namespace globalmatch::support

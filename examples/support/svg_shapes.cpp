@@ -2,31 +2,21 @@
 
 #include <sstream>
 
+#include "support/markup.hpp"
+
 namespace globalmatch::support {
 
-namespace {
-
-std::string escaped(std::string_view text) {
-  std::string safe;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        safe += "&amp;";
-        break;
-      case '<':
-        safe += "&lt;";
-        break;
-      case '>':
-        safe += "&gt;";
-        break;
-      default:
-        safe += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;  // XML has no control characters
-    }
-  }
-  return safe;
+void begin_picture(std::ostream& out, double width, double height, std::string_view title,
+                   std::string_view description) {
+  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 " << width << ' ' << height
+      << "\" width=\"" << width << "\" height=\"" << height << "\" font-family=\"sans-serif\">\n"
+      << "<title>" << escaped(title) << "</title>\n<desc>" << escaped(description) << "</desc>\n"
+      << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
 }
 
-}  // namespace
+void end_picture(std::ostream& out) {
+  out << "</svg>\n";
+}
 
 void draw_text(std::ostream& out, double x, double y, std::string_view text, const text_style& style) {
   out << "<text x=\"" << x << "\" y=\"" << y << "\" font-size=\"" << style.size << "\" fill=\""

@@ -18,6 +18,11 @@ struct text_style {
   std::string_view weight = "normal";
 };
 
+/// Opens a picture on white paper, with a title and a description for those who cannot see it.
+void begin_picture(std::ostream& out, double width, double height, std::string_view title,
+                   std::string_view description);
+void end_picture(std::ostream& out);
+
 /// Any text, also with characters that mean something in XML.
 void draw_text(std::ostream& out, double x, double y, std::string_view text, const text_style& style = {});
 

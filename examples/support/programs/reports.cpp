@@ -4,7 +4,6 @@
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
-#include "support/plan_picture.hpp"
 #include "support/scan_files.hpp"
 #include "support/transform_files.hpp"
 
@@ -63,11 +62,6 @@ namespace {
 /// [rad]
 double angle_between(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
-/// The smallest rotation that makes `up` z.
-Eigen::Matrix3d levelling(const Eigen::Vector3d& up) {
-  return Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
 json as_json(const std::vector<funnel_step>& steps) {
@@ -267,34 +261,6 @@ void write_or_remove_transform(const std::filesystem::path& path,
   if (error)
     throw file_error(path, "an earlier result cannot be removed",
                      "Remove it by hand: it is not of these scans.");
-}
-
-void write_report_picture(const std::filesystem::path& path, const stem_map& source, const stem_map& target,
-                          const registration& result, std::string_view title) {
-  std::vector<Eigen::Vector3d> positions[2];
-  std::vector<double> radii[2];
-  const stem_map* maps[2] = {&source, &target};
-  for (int k = 0; k < 2; ++k)
-    for (const stem& s : maps[k]->stems) {
-      positions[k].push_back(levelling(maps[k]->up) * s.position);
-      radii[k].push_back(s.radius);
-    }
-  std::vector<std::pair<stem_index, stem_index>> matches;
-  plan_picture picture{.source = {positions[0], radii[0]}, .target = {positions[1], radii[1]}};
-  if (result.target_from_source) {
-    // The picture looks down on levelled frames.
-    Eigen::Isometry3d source_level = Eigen::Isometry3d::Identity(),
-                      target_level = Eigen::Isometry3d::Identity();
-    source_level.linear() = levelling(source.up);
-    target_level.linear() = levelling(target.up);
-    picture.target_from_source = target_level * *result.target_from_source * source_level.inverse();
-    for (const correspondence& c : result.matching.hypotheses.front().correspondences)
-      matches.emplace_back(c.source, c.target);
-  }
-  picture.matches = matches;
-  picture.title = title;
-  picture.caption = summary(result.matching);
-  write_plan_picture(path, picture);
 }
 
 std::string summary(const matching& result) {

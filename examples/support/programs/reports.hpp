@@ -1,4 +1,4 @@
-// What the example programs report of a run: JSON files, times by stage, the drawing.
+// What the example programs report of a run: JSON files, times by stage.
 #pragma once
 
 #include <globalmatch/execution.hpp>
@@ -21,7 +21,6 @@
 namespace globalmatch {
 struct stem_map;
 struct matching;
-struct registration;
 }  // namespace globalmatch
 
 namespace globalmatch::support {
@@ -85,10 +84,6 @@ void write_json(const std::filesystem::path& path, const nlohmann::ordered_json&
 /// Writes the transform, or when there is none removes what an earlier run left there. Throws `file_error`.
 void write_or_remove_transform(const std::filesystem::path& path,
                                const std::optional<Eigen::Isometry3d>& target_from_source);
-
-/// Draws both maps before and after, with the correspondences of the best hypothesis. Throws `file_error`.
-void write_report_picture(const std::filesystem::path& path, const stem_map& source, const stem_map& target,
-                          const registration& result, std::string_view title);
 
 /// One line about the outcome, for people.
 std::string summary(const matching& result);

@@ -4,6 +4,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/programs/survey_inputs.hpp"
+#include "support/report/report_file.hpp"
 #include "support/scan_sets.hpp"
 #include "support/scan_writer.hpp"
 
@@ -67,7 +68,10 @@ void survey_command::add_to(CLI::App& app) {
       ->needs(merge)
       ->type_name("M")
       ->capture_default_str();
-  app.add_option("--report", picture, "drawing of scans, links and trees (SVG)")->type_name("FILE");
+  app.add_option(
+         "--report", picture,
+         "which scans to trust, and why: a page (.html), or a drawing of scans, links and trees (.svg)")
+      ->type_name("FILE");
   options.add_mapping_to(app);
   options.add_icp_to(app);
   options.add_execution_to(app);
@@ -82,6 +86,7 @@ void survey_command::require_consistent() const {
   if (only == "refine" && scans.empty())
     throw std::invalid_argument("--only refine: stem maps alone have nothing to refine by; name scans");
   if (!merged.empty()) require_scan_format(merged);
+  require_report_format(picture);
 }
 
 void survey_command::prepare_folder() const {

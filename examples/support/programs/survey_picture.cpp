@@ -117,17 +117,13 @@ std::vector<std::string> lines_of_others(const std::vector<survey_row>& rows, co
 
 }  // namespace
 
-void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
-                          const survey& result) {
+void draw_survey_picture(std::ostream& out, const std::vector<survey_row>& rows, const survey& result) {
   const page at(rows, result);
   const std::vector<std::string> others = lines_of_others(rows, result);
   const double below = panel_top + at.height() + 2 * line_height;
-  atomic_file file(path);
-  std::ostream& out = file.stream();
   out << std::fixed << std::setprecision(1);
-  out << "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"" << panel_width + 2 * margin << "\" height=\""
-      << below + line_height * double(others.size() + 1) << "\" font-family=\"sans-serif\">\n"
-      << "<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n";
+  begin_picture(out, panel_width + 2 * margin, below + line_height * double(others.size() + 1),
+                summary(rows, result), "Scans, links between them and trees, seen from above");
   draw_text(out, margin, 36, summary(rows, result), {.size = 20, .weight = "bold"});
   draw_text(out, margin, 60,
             "scans (blue), links in use (green; orange: more than 5 cm from the adjusted poses), trees",
@@ -141,7 +137,13 @@ void write_survey_picture(const std::filesystem::path& path, const std::vector<s
   draw_scans(out, rows, result, at);
   for (std::size_t i = 0; i < others.size(); ++i)
     draw_text(out, margin, below + line_height * double(i), others[i], {.size = 12});
-  out << "</svg>\n";
+  end_picture(out);
+}
+
+void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
+                          const survey& result) {
+  atomic_file file(path);
+  draw_survey_picture(file.stream(), rows, result);
   file.commit();
 }
 

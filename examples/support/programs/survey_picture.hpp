@@ -4,6 +4,7 @@
 #include <globalmatch/survey_options.hpp>
 
 #include <filesystem>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,10 @@ namespace globalmatch::support {
 
 /// Draws the component of most scans: scans with their names, links in use by how far they are from the
 /// adjusted poses, trees by how often they were seen; below, the scans that are not in it, with their
-/// reasons. Throws `file_error` when the file cannot be written.
+/// reasons.
+void draw_survey_picture(std::ostream& out, const std::vector<survey_row>& rows, const survey& result);
+
+/// The same as a file. Throws `file_error` when it cannot be written.
 void write_survey_picture(const std::filesystem::path& path, const std::vector<survey_row>& rows,
                           const survey& result);
 

@@ -1,7 +1,6 @@
 #include "support/programs/survey_scans.hpp"
 
 #include <algorithm>
-#include <array>
 #include <deque>
 #include <iostream>
 #include <memory>
@@ -12,6 +11,7 @@
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
+#include "support/programs/scan_colours.hpp"
 #include "support/scan_writer.hpp"
 #include "support/scans_on_demand.hpp"
 #include "support/voxel_thinning.hpp"
@@ -21,18 +21,6 @@ namespace globalmatch::support {
 namespace fs = std::filesystem;
 
 namespace {
-
-/// Okabe and Ito's colours, which are distinct with any colour vision, over and over.
-rgb colour_of(std::size_t scan) {
-  constexpr std::array<rgb, 7> colours = {{{0, 114, 178},
-                                           {230, 159, 0},
-                                           {0, 158, 115},
-                                           {204, 121, 167},
-                                           {86, 180, 233},
-                                           {213, 94, 0},
-                                           {240, 228, 66}}};
-  return colours[scan % colours.size()];
-}
 
 /// A format that a scan is written in: that of the option, or of the scan, or PLY, which all programs read.
 std::string extension_for(const scan_header& header, const std::string& asked) {
@@ -78,7 +66,7 @@ void write_placed_scans(const survey_work& work, const survey_command& command, 
     const survey::scan& scan = result.scans[m];
     if (scan.component != 0 || m == work.control) continue;
     scans.push_back(open_on_demand(work.kept[m].path, opener));
-    placed.push_back({&scans.back(), scan.survey_from_scan, colour_of(placed.size())});
+    placed.push_back({&scans.back(), scan.survey_from_scan, scan_colour_of(placed.size())});
     if (command.write_folder.empty()) continue;
     const fs::path path =
         command.write_folder / (work.names[m] + extension_for(scans.back().header(), command.write_format));

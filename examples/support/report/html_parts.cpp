@@ -1,0 +1,97 @@
+#include "support/report/html_parts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <locale>
+#include <sstream>
+
+#include "support/markup.hpp"
+
+namespace globalmatch::support {
+
+std::string rounded_to(int digits, double value) {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  text << std::fixed << std::setprecision(digits) << value;
+  return text.str();
+}
+
+std::string counted(std::size_t count) {
+  constexpr std::string_view narrow_blank = "\u202f";  // that no line is broken at
+  std::string digits = std::to_string(count);
+  if (count < 10000) return digits;
+  for (std::size_t at = digits.size(); at > 3;) digits.insert(at -= 3, narrow_blank);
+  return digits;
+}
+
+std::string as_length(double metres) {
+  const double cm = 100 * metres;
+  if (!std::isfinite(cm)) return "not known";
+  if (cm >= 100) return rounded_to(1, metres) + " m";
+  if (cm < 0.1) return "less than 0.1 cm";
+  return rounded_to(cm < 10 ? 1 : 0, cm) + " cm";
+}
+
+std::string as_percentage(double share) {
+  constexpr double nearly_sure = 0.999;
+  if (share > nearly_sure) return "more than 99.9 %";
+  return rounded_to(1, 100 * share) + " %";
+}
+
+html_cell text_cell(std::string_view text) {
+  return {escaped(text)};
+}
+
+html_cell number_cell(std::string_view text) {
+  return {escaped(text), true};
+}
+
+html_cell bar_cell(double share) {
+  const double filled = std::isfinite(share) ? std::clamp(share, 0.0, 1.0) : 0;
+  return {"<span class=\"bar\" aria-hidden=\"true\"><span style=\"width:" + rounded_to(1, 100 * filled) +
+          "%\"></span></span>"};
+}
+
+html_table::html_table(std::string_view caption, const std::vector<std::string>& heads)
+    : caption_(escaped(caption)) {
+  for (const std::string& head : heads)
+    head_ += head.empty() ? "<td></td>" : "<th scope=\"col\">" + escaped(head) + "</th>";
+}
+
+void html_table::add(const std::vector<html_cell>& cells) {
+  body_ += "<tr>";
+  for (std::size_t c = 0; c < cells.size(); ++c) {
+    const std::string kind = cells[c].is_number ? " class=\"number\"" : "";
+    body_ += c == 0 ? "<th scope=\"row\"" + kind + ">" + cells[c].markup + "</th>"
+                    : "<td" + kind + ">" + cells[c].markup + "</td>";
+  }
+  body_ += "</tr>\n";
+}
+
+std::string html_table::markup() const {
+  return "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"" + caption_ +
+         "\"><table>\n<caption>" + caption_ + "</caption>\n<thead><tr>" + head_ + "</tr></thead>\n<tbody>\n" +
+         body_ + "</tbody></table></div>\n";
+}
+
+std::string paragraph(std::string_view text) {
+  return "<p>" + escaped(text) + "</p>\n";
+}
+
+std::string bullet_list(const std::vector<std::string>& lines) {
+  if (lines.empty()) return "";
+  std::string items;
+  for (const std::string& line : lines) items += "<li>" + escaped(line) + "</li>\n";
+  return "<ul>\n" + items + "</ul>\n";
+}
+
+std::string folded(std::string_view summary, std::string_view markup) {
+  return "<details><summary>" + escaped(summary) + "</summary>\n" + std::string(markup) + "</details>\n";
+}
+
+std::string figure(std::string_view svg, std::string_view caption) {
+  return "<figure>\n" + std::string(svg) + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+}
+
+}  // namespace globalmatch::support

@@ -1,0 +1,28 @@
+// The report on the registration of two scans.
+#pragma once
+
+#include <globalmatch/registration_options.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <string>
+
+#include "support/scan_files.hpp"
+
+namespace globalmatch::support {
+
+/// What it is about; refers to the caller's data.
+struct reported_scan {
+  std::string name;
+  const scan_file& scan;
+  const stem_map& map;
+};
+
+/// Writes a drawing or a page, as the name says. `report` is what the program writes as JSON. The points of
+/// the scans are read again for a page that shows some. `needs_height` as in `trust_in`. Throws `file_error`.
+void write_registration_report(const std::filesystem::path& path, const reported_scan& source,
+                               const reported_scan& target, const registration& result, bool needs_height,
+                               const nlohmann::ordered_json& report);
+
+}  // namespace globalmatch::support
