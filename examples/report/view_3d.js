@@ -2,7 +2,7 @@
 // those of examples/support/report/view_3d.hpp. Draws only when something has changed.
 import {
   BufferAttribute, BufferGeometry, Color, InterleavedBuffer, InterleavedBufferAttribute, Matrix4, PerspectiveCamera,
-  Points, PointsMaterial, Box3, Scene, Sphere, Vector3, WebGLRenderer,
+  Points, PointsMaterial, Scene, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 
@@ -31,7 +31,7 @@ function pointsOf(scan) {
   const colours = new Uint8Array(3 * scan.count);
   for (let i = 0; i < scan.count; ++i) colours.set(colourOfShare(integers[4 * i + 3] / 300), 3 * i);
   geometry.setAttribute("color", new BufferAttribute(colours, 3, true));
-  const points = new Points(geometry, new PointsMaterial({ size: 1.6, sizeAttenuation: false }));
+  const points = new Points(geometry, new PointsMaterial({ size: 2, sizeAttenuation: false }));
   points.matrixAutoUpdate = false;
   points.frustumCulled = false;
   points.userData = new Matrix4()
@@ -94,19 +94,27 @@ class View {
     this.label = placement.label;
   }
 
-  /** All in sight, from the side that the angle above the ground [rad] says. */
-  look(angle) {
-    this.scene.updateMatrixWorld(true);
-    const box = new Box3();
+  /** Where most of the points are. */
+  extent() {
+    const places = [];
     for (const points of this.scans) {
-      points.geometry.computeBoundingBox();
-      box.union(points.geometry.boundingBox.clone().applyMatrix4(points.matrix));
+      const position = points.geometry.getAttribute("position");
+      for (let i = 0; i < position.count; i += 50)
+        places.push(new Vector3().fromBufferAttribute(position, i).applyMatrix4(points.matrix));
     }
-    const sphere = box.getBoundingSphere(new Sphere());
-    const distance = 1.15 * sphere.radius / Math.tan((this.camera.fov * Math.PI) / 360);
-    this.controls.target.copy(sphere.center);
-    this.camera.position.copy(sphere.center)
-      .add(new Vector3(0, -Math.cos(angle), Math.sin(angle)).multiplyScalar(Math.max(distance, 1)));
+    const center = new Vector3();
+    for (const place of places) center.addScaledVector(place, 1 / places.length);
+    const distances = places.map((place) => place.distanceTo(center)).sort((a, b) => a - b);
+    return { center, radius: distances[Math.floor(0.9 * distances.length)] || 1 };
+  }
+
+  /** Most in sight, from the side that the angle above the ground [rad] says. */
+  look(angle) {
+    const { center, radius } = this.extent();
+    const distance = Math.max((1.05 * radius) / Math.tan((this.camera.fov * Math.PI) / 360), 1);
+    this.controls.target.copy(center);
+    this.camera.position.copy(center)
+      .add(new Vector3(0, -Math.cos(angle), Math.sin(angle)).multiplyScalar(distance));
     this.camera.near = distance / 1000;
     this.camera.far = 20 * distance + 10;
     this.camera.updateProjectionMatrix();
@@ -158,7 +166,7 @@ class View {
     this.renderer.setClearColor(this.dark.matches ? 0x0c0f12 : 0xffffff);
     this.scans.forEach((points, i) => {
       const own = new Color(this.data.scans[i].colour);
-      if (this.dark.matches) own.lerp(new Color(0xffffff), 0.35);
+      if (this.dark.matches) own.lerp(new Color(0xffffff), 0.1);
       points.material.color.copy(byHeight ? new Color(0xffffff) : own);
       points.material.vertexColors = Boolean(byHeight);
       points.material.needsUpdate = true;
@@ -172,7 +180,7 @@ class View {
     if (!width || !height) return;
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
-    this.scans.forEach((points) => { points.material.size = 1.6 * ratio; });
+    this.scans.forEach((points) => { points.material.size = 2 * ratio; });
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.draw();

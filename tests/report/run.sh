@@ -41,4 +41,4 @@ status 1 "$programs/register_scans" rows/scan_2.ply rows/scan_1.ply --out T.txt 
 status 1 "$programs/register_scans" elsewhere/scan_1.ply forest/scan_1.ply --out T.txt --report failed.html \
   --json failed.json
 status 1 "$programs/register_survey" survey_scans --out-dir survey --report survey.html --json survey.json
-node browser/check_reports.mjs "$out"
+CHROMIUM=$(command -v chromium) node browser/check_reports.mjs "$out"

@@ -36,6 +36,7 @@ std::string as_length(double metres) {
 std::string as_percentage(double share) {
   constexpr double nearly_sure = 0.999;
   if (share > nearly_sure) return "more than 99.9 %";
+  if (share < 1 - nearly_sure) return "less than 0.1 %";
   return rounded_to(1, 100 * share) + " %";
 }
 

@@ -130,6 +130,7 @@ html_section residuals_section(const reported_pair& pair) {
   }
   std::sort(lengths.begin(), lengths.end());
   section.markup =
+      (pair.result.target_from_source ? "" : paragraph("Of the best hypothesis, which is no result.")) +
       paragraph("Half of the " + counted(residuals.size()) + " pairs are closer in plan than " +
                 as_length(lengths[lengths.size() / 2]) + ", all are closer than " +
                 as_length(lengths.back()) + "; " + counted(outside) +

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "support/report/html_parts.hpp"
 #include "support/svg_shapes.hpp"
@@ -20,38 +21,52 @@ constexpr double within_95 = 5.991;  // quantile of chi square with two degrees 
 
 constexpr std::string_view inside_colour = "#0072B2", outside_colour = "#D55E00", ink_colour = "#222222";
 
-/// [m^2] along each axis: half of the squared distances of a Gaussian in the plane lie below 2 ln 2
-/// variances.
-double variance_of(const std::vector<stem_residual>& residuals) {
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + std::ptrdiff_t(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// [m^2] of residuals, along each axis, by those of their stems. Mapping knows these to a factor: those far
+/// from the usual one are limited, and all are scaled to the residuals, as half of those of Gaussians in the
+/// plane lie below 2 ln 2 variances.
+std::vector<double> expected_variances(const std::vector<stem_residual>& residuals,
+                                       std::vector<double> variances) {
+  constexpr double min_variance = 1e-6, limit = 4;
+  const double usual = std::max(median_of(variances), min_variance);
   std::vector<double> squares;
-  for (const stem_residual& r : residuals) squares.push_back(r.residual.head<2>().squaredNorm());
-  const auto middle = squares.begin() + std::ptrdiff_t(squares.size() / 2);
-  std::nth_element(squares.begin(), middle, squares.end());
-  return *middle / (2 * std::numbers::ln2);
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    variances[i] = std::clamp(variances[i], usual / limit, usual * limit);
+    squares.push_back(residuals[i].residual.head<2>().squaredNorm() / variances[i]);
+  }
+  const double scale = median_of(squares) / (2 * std::numbers::ln2);
+  for (double& variance : variances) variance *= scale;
+  return variances;
 }
 
 /// How residuals come onto paper; lengths of the page are in px.
 struct residual_page {
-  static constexpr double margin = 40, top = 60, width = 900, max_height = 900;
+  static constexpr double margin = 40, top = 60, width = 1160, max_height = 640;
   Eigen::AlignedBox2d box;
   double px_per_metre = 1, enlarged = 1;
 
   explicit residual_page(const std::vector<stem_residual>& residuals) {
-    double largest = 1e-6;  // [m] half axis of an ellipse
+    std::vector<double> sizes;  // [m] of ellipses
     for (const stem_residual& r : residuals) {
       box.extend(Eigen::Vector2d(r.place.head<2>()));
-      largest = std::max(largest, std::sqrt(within_95 * r.expected.trace()));
+      sizes.push_back(std::sqrt(within_95 * r.expected.trace() / 2));
     }
+    const double usual = std::max(median_of(std::move(sizes)), 1e-6);
     const Eigen::Vector2d extent = box.sizes().cwiseMax(1.0);
     px_per_metre = std::min((width - 2 * margin) / extent.x(), (max_height - 2 * margin) / extent.y());
     const double spacing = std::sqrt(extent.prod() / double(residuals.size())) * px_per_metre;
-    const double wanted = std::clamp(0.45 * spacing, 8.0, 40.0) / (largest * px_per_metre);
+    const double wanted = std::clamp(0.3 * spacing, 6.0, 30.0) / (usual * px_per_metre);
     for (const double factor : {2, 5, 10, 20, 50, 100, 200, 500, 1000})
       if (factor <= wanted) enlarged = factor;
   }
   double height() const { return top + box.sizes().y() * px_per_metre + 3 * margin; }
   Eigen::Vector2d at(const Eigen::Vector3d& p) const {
-    return {margin + (p.x() - box.min().x()) * px_per_metre,
+    return {width / 2 + (p.x() - box.center().x()) * px_per_metre,
             top + margin + (box.max().y() - p.y()) * px_per_metre};
   }
   /// Of a residual [m], which is enlarged.
@@ -108,14 +123,17 @@ std::vector<stem_residual> residuals_of(const upright_map& source, const upright
   std::vector<stem_residual> residuals;
   if (!shown.target_from_source || shown.matches.empty()) return residuals;
   const Eigen::Isometry3d transform = target.level * *shown.target_from_source * source.level.inverse();
+  std::vector<double> variances;
   for (const auto& [s, t] : shown.matches) {
     const Eigen::Vector3d place = target.positions[t];
     residuals.push_back({s, t, place, transform * source.positions[s] - place});
+    variances.push_back(source.variances[s] + target.variances[t]);
   }
-  const Eigen::Matrix2d noise = variance_of(residuals) * Eigen::Matrix2d::Identity();
+  variances = expected_variances(residuals, std::move(variances));
   const Eigen::Matrix3d level = target.level.linear();
-  for (stem_residual& r : residuals) {
-    r.expected = noise;
+  for (std::size_t i = 0; i < residuals.size(); ++i) {
+    stem_residual& r = residuals[i];
+    r.expected = variances[i] * Eigen::Matrix2d::Identity();
     if (uncertainty) {
       const Eigen::Matrix3d there = uncertainty->at(target.level.inverse() * r.place);
       r.expected += (level * there * level.transpose()).topLeftCorner<2, 2>();

@@ -22,8 +22,8 @@ struct stem_residual {
   double share = 0;  ///< of the distance in that direction within which 95 % should lie
 };
 
-/// Residuals under a transform. A residual in plan has the variance of all of them, from their median, and
-/// that of the transform at its place. Empty where there is no transform.
+/// Residuals under a transform. One in plan has the variances of both stems, as mapping has them but scaled
+/// to the median of all residuals, and that of the transform at its place. Empty where there is no transform.
 std::vector<stem_residual> residuals_of(const upright_map& source, const upright_map& target,
                                         const shown_transform& shown,
                                         const std::optional<transform_uncertainty>& uncertainty);

@@ -41,6 +41,7 @@ upright_map::upright_map(const stem_map& map) : level(levelling(map.up)) {
   for (const stem& s : map.stems) {
     positions.push_back(level * s.position);
     radii.push_back(s.radius);
+    variances.push_back(s.position_sigma * s.position_sigma);
   }
 }
 

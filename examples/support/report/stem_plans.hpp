@@ -33,7 +33,7 @@ std::vector<shown_transform> transforms_to_show(const registration& result);
 struct upright_map {
   Eigen::Isometry3d level;  ///< upright from scan
   std::vector<Eigen::Vector3d> positions;
-  std::vector<double> radii;
+  std::vector<double> radii, variances;  ///< [m], [m^2] of the positions in plan, along each axis
 
   explicit upright_map(const stem_map& map);
 };

@@ -24,8 +24,13 @@ using json = nlohmann::ordered_json;
 
 namespace {
 
-html_cell cell_of_cm(double metres) {
-  return number_cell(std::isfinite(metres) ? rounded_to(1, 100 * metres) : "");
+html_cell cell_of_cm(double metres, int digits = 1) {
+  return number_cell(std::isfinite(metres) ? rounded_to(digits, 100 * metres) : "");
+}
+
+std::vector<survey_row> by_name(std::vector<survey_row> rows) {
+  std::sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return rows;
 }
 
 /// Standard deviations of a pose; empty where they are not known.
@@ -33,8 +38,8 @@ std::vector<html_cell> cells_of_errors(const survey::scan& scan) {
   if (!scan.uncertainty) return {text_cell(""), text_cell(""), text_cell("")};
   const transform_uncertainty& u = *scan.uncertainty;
   const double upwards = u.up.dot(u.at(u.center) * u.up);
-  return {cell_of_cm(horizontal_error(u, u.center)),
-          scan.is_height_known ? cell_of_cm(std::sqrt(std::max(0.0, upwards))) : text_cell("not known"),
+  return {cell_of_cm(horizontal_error(u, u.center), 2),
+          scan.is_height_known ? cell_of_cm(std::sqrt(std::max(0.0, upwards)), 2) : text_cell("not known"),
           number_cell(rounded_to(3, std::sqrt(u.covariance(3, 3)) * 180 / std::numbers::pi))};
 }
 
@@ -50,7 +55,7 @@ html_section missing_section(const survey_work& work, const survey& result) {
   html_section section{"missing", "Scans without a place in the common frame", ""};
   html_table table("Scans without a place, and why", {"scan", "status", "reason"});
   bool has_any = false;
-  for (const survey_row& row : work.rows) {
+  for (const survey_row& row : by_name(work.rows)) {
     if (row.scan && result.scans[*row.scan].component == 0) continue;
     has_any = true;
     table.add({text_cell(row.name), text_cell(row.status), text_cell(row.reason)});
@@ -63,7 +68,7 @@ html_section scans_section(const survey_work& work, const survey& result) {
   html_table table("Scans, their expected errors, and how far their stems are from the trees of the others",
                    {"scan", "status", "part", "links", "in plan [cm]", "height [cm]", "turn [deg]",
                     "check, median [cm]", "check, worst [cm]"});
-  for (const survey_row& row : work.rows) {
+  for (const survey_row& row : by_name(work.rows)) {
     if (!row.scan || result.scans[*row.scan].component < 0) continue;
     const survey::scan& scan = result.scans[*row.scan];
     std::vector<html_cell> cells = {text_cell(row.name), text_cell(row.status),
@@ -129,8 +134,9 @@ void add_view(html_page& page, const survey_command& command, const survey_work&
   const survey_mapper maps(command.out_dir / "maps", command.options, true);
   std::vector<view_scan> scans;
   view_placement placement{"Survey", {}};
-  for (std::size_t m = 0; m < work.kept.size(); ++m) {
-    if (result.scans[m].component != 0 || m == work.control) continue;
+  for (const survey_row& row : by_name(work.rows)) {
+    if (!row.scan || result.scans[*row.scan].component != 0) continue;
+    const std::size_t m = *row.scan;
     const scan_file scan = open_on_demand(work.kept[m].path, opener);
     const stem_map map = maps.with_samples(work.names[m]);
     scans.push_back({work.names[m], scan_colour_of(scans.size()),

@@ -94,10 +94,14 @@ struct survey_errors {
   }
 };
 
-std::string as_range(const std::vector<double>& lengths) {
-  return lengths.empty() ? "not known"
-                         : as_length(median(lengths)) + ", worst " +
-                               as_length(*std::max_element(lengths.begin(), lengths.end()));
+/// The usual one, and in its note the worst.
+trust_figure figure_of(std::string_view label, const std::vector<double>& lengths, std::string_view note) {
+  trust_figure figure{std::string(label), "not known"};
+  if (lengths.empty()) return figure;
+  figure.value = as_length(median(lengths));
+  figure.note =
+      "worst " + as_length(*std::max_element(lengths.begin(), lengths.end())) + "; " + std::string(note);
+  return figure;
 }
 
 std::string named(const std::vector<std::string>& names) {
@@ -106,6 +110,20 @@ std::string named(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < std::min(names.size(), max_named); ++i) list += (i ? ", " : "") + names[i];
   if (names.size() > max_named) list += " and " + counted(names.size() - max_named) + " others";
   return list;
+}
+
+/// What became of the scans that are not in the common frame, and why.
+std::vector<std::string> reasons_of(const std::vector<const survey_row*>& missing) {
+  constexpr std::size_t max_explained = 3;
+  std::vector<std::string> names, sentences;
+  for (const survey_row* row : missing) names.push_back(row->name);
+  if (missing.empty()) return {};
+  if (missing.size() > max_explained)
+    return {"Not in the common frame: " + named(names) + ". Their reasons are below."};
+  for (const survey_row* row : missing)
+    sentences.push_back("Not in the common frame: " + row->name +
+                        (row->reason.empty() ? "" : ", because " + row->reason) + ".");
+  return sentences;
 }
 
 }  // namespace
@@ -128,11 +146,12 @@ trust_statement trust_in(const registration& result, bool needs_height) {
 }
 
 trust_statement trust_in(const std::vector<survey_row>& rows, const survey& result) {
-  std::vector<std::string> missing, coarse_ones;
+  std::vector<const survey_row*> missing;
+  std::vector<std::string> coarse_ones;
   for (const survey_row& row : rows) {
     const bool is_placed = row.status == "placed" && row.scan && result.scans[*row.scan].component == 0;
     if (!is_placed)
-      missing.push_back(row.name);
+      missing.push_back(&row);
     else if (result.scans[*row.scan].check_median > coarse)
       coarse_ones.push_back(row.name);
   }
@@ -150,14 +169,14 @@ trust_statement trust_in(const std::vector<survey_row>& rows, const survey& resu
     trust.headline = missing.empty() ? "All scans are placed; look at some of them"
                                      : count + " are placed: trust these, not the others";
   }
-  if (!missing.empty()) trust.sentences.push_back("Not in the common frame: " + named(missing) + ".");
+  trust.sentences = reasons_of(missing);
   if (!coarse_ones.empty())
     trust.sentences.push_back("Placed, but their stems lie more than 5 cm from the trees of the others: " +
                               named(coarse_ones) + ".");
   trust.figures = {{"Placed in one frame", count},
-                   {"Expected error in plan", as_range(errors.expected), "median of the scans"},
-                   {"Independent check", as_range(errors.checked),
-                    "stems from trees that had no say in where their scan was placed"},
+                   figure_of("Expected error in plan", errors.expected, "standard error of a scan"),
+                   figure_of("Independent check", errors.checked,
+                             "stems from trees that had no say in where their scan was placed"),
                    {"Trees", counted(result.trees.size()), "seen by one scan or several"}};
   return trust;
 }
