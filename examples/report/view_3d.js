@@ -111,7 +111,7 @@ class View {
   /** Most in sight, from the side that the angle above the ground [rad] says. */
   look(angle) {
     const { center, radius } = this.extent();
-    const distance = Math.max((1.05 * radius) / Math.tan((this.camera.fov * Math.PI) / 360), 1);
+    const distance = Math.max((1.2 * radius) / Math.tan((this.camera.fov * Math.PI) / 360), 1);
     this.controls.target.copy(center);
     this.camera.position.copy(center)
       .add(new Vector3(0, -Math.cos(angle), Math.sin(angle)).multiplyScalar(distance));
