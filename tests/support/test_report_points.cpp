@@ -9,9 +9,9 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
-#include "support/report/scan_sample.hpp"
+#include "support/scan_sample.hpp"
 #include "support/report/view_3d.hpp"
-#include "support/report/voxel_sample.hpp"
+#include "support/voxel_sample.hpp"
 
 namespace globalmatch::support::test_report_points {
 

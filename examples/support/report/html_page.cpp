@@ -54,9 +54,11 @@ void write_trust(std::ostream& out, const html_page& page) {
 
 void write_contents(std::ostream& out, const html_page& page) {
   out << "<nav aria-label=\"Contents\"><ul>\n";
-  for (const html_section& s : page.sections)
+  for (const html_section& s : page.sections) {
     out << "<li><a href=\"#" << s.id << "\">" << escaped(s.heading) << "</a></li>\n";
-  out << "<li><a href=\"#view\">3-D view</a></li>\n</ul></nav>\n";
+    if (&s == &page.sections.front()) out << "<li><a href=\"#view\">3-D view</a></li>\n";
+  }
+  out << "</ul></nav>\n";
 }
 
 void write_view(std::ostream& out, const html_page& page) {

@@ -78,7 +78,7 @@ html_section plans_section(const reported_pair& pair) {
   return section;
 }
 
-html_section hypotheses_section(const reported_pair& pair, const json& report) {
+html_section hypotheses_section(const json& report) {
   html_table table("Hypotheses, the best one first",
                    {"rank", "matched stems", "rms [cm]", "within [cm]", "log10 NFA", "evidence"});
   std::size_t rank = 0;
@@ -220,15 +220,13 @@ void write_registration_report(const std::filesystem::path& path, const reported
     return;
   }
   const reported_pair pair(source, target, result);
-  html_page page{"Registration of " + title, trust_in(result, needs_height), {}};
-  page.sections = {plans_section(pair),
-                   residuals_section(pair),
-                   hypotheses_section(pair, report),
-                   warnings_section(warning_lines(pair, report)),
-                   numbers_section(report),
-                   evidence_section(report),
-                   times_section(report),
-                   record_section(report)};
+  html_page page;
+  page.title = "Registration of " + title;
+  page.trust = trust_in(result, needs_height);
+  page.sections = {plans_section(pair),        residuals_section(pair),
+                   hypotheses_section(report), warnings_section(warning_lines(pair, report)),
+                   numbers_section(report),    evidence_section(report),
+                   times_section(report),      record_section(report)};
   page.made_by = made_by("register_scans", report);
   add_points(page, pair);
   write_html_page(path, page);

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "support/report/scan_sample.hpp"
 #include "support/report/stem_plans.hpp"
+#include "support/scan_sample.hpp"
 
 namespace globalmatch::support {
 

@@ -13,9 +13,9 @@
 #include "support/report/html_parts.hpp"
 #include "support/report/record_sections.hpp"
 #include "support/report/report_file.hpp"
-#include "support/report/scan_sample.hpp"
 #include "support/report/trust.hpp"
 #include "support/report/view_3d.hpp"
+#include "support/scan_sample.hpp"
 #include "support/scans_on_demand.hpp"
 
 namespace globalmatch::support {
@@ -155,7 +155,9 @@ void write_survey_report(const survey_command& command, const survey_work& work,
     write_survey_picture(command.picture, work.rows, result);
     return;
   }
-  html_page page{"Survey of " + counted(work.rows.size()) + " scans", trust_in(work.rows, result), {}};
+  html_page page;
+  page.title = "Survey of " + counted(work.rows.size()) + " scans";
+  page.trust = trust_in(work.rows, result);
   page.sections = {plan_section(work, result),
                    missing_section(work, result),
                    scans_section(work, result),

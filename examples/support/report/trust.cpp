@@ -58,7 +58,6 @@ trust_statement of_registered(const registration& result, bool needs_height) {
 }
 
 trust_statement of_none(const registration& result) {
-  const matching& m = result.matching;
   trust_statement trust;
   if (result.outcome == outcome::ambiguous) {
     trust.headline = "Ambiguous: do not use it";

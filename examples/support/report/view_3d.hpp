@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "support/report/voxel_sample.hpp"
 #include "support/scan_files.hpp"
+#include "support/voxel_sample.hpp"
 
 namespace globalmatch::support {
 

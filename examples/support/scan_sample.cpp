@@ -1,4 +1,4 @@
-#include "support/report/scan_sample.hpp"
+#include "support/scan_sample.hpp"
 
 #include <globalmatch/mapping_options.hpp>
 

@@ -1,4 +1,4 @@
-#include "support/report/voxel_sample.hpp"
+#include "support/voxel_sample.hpp"
 
 #include <algorithm>
 #include <cmath>
