@@ -95,10 +95,12 @@ int main(int argc, char** argv) {
     support::print(support::warnings_of(result.matching));
     const bool lacks_height =
         options.require_height && result.matching.vertical && !result.matching.vertical->is_known();
-    if (!picture.empty())
-      support::write_registration_report(picture, {source_file.filename().string(), source, source_map},
-                                         {target_file.filename().string(), target, target_map}, result,
-                                         options.require_height, report);
+    if (!picture.empty()) {
+      const auto [source_name, target_name] = support::names_apart(source_file, target_file);
+      support::write_registration_report(picture, {source_name, source, source_map},
+                                         {target_name, target, target_map}, result, options.require_height,
+                                         report);
+    }
     const auto trusted = lacks_height ? std::nullopt : result.target_from_source;
     support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source_map.stems),
                                    source_file, std::cout,

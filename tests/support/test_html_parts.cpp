@@ -39,7 +39,7 @@ TEST_CASE("all text of a table is escaped, and its first cells are heads of rows
                          Contains("<td class=\"number\">1 &amp; 2</td>") && Contains("width:100.0%"));
 }
 
-TEST_CASE("lists, paragraphs, captions and summaries are escaped; a list of nothing is nothing") {
+TEST_CASE("lists, paragraphs, captions and summaries are escaped, and a list of nothing is nothing") {
   CHECK(bullet_list({}).empty());
   CHECK_THAT(bullet_list({"<"}), Contains("<li>&lt;</li>"));
   CHECK(paragraph("<") == "<p>&lt;</p>\n");

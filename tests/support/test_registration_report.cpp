@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "catch.hpp"
 #include "file_checks.hpp"
@@ -112,7 +113,7 @@ TEST_CASE("a good registration is trusted, with the numbers of the JSON") {
   const std::string page = pair.page();
   const auto report = pair.report();
   CHECK_THAT(page, Contains("<section class=\"trust full\"") && Contains("the result can be trusted") &&
-                       Contains("<title>Registration of a.ply on b.ply</title>"));
+                       Contains("<title>&#10003; Registration of a.ply on b.ply</title>"));
   CHECK_THAT(page, Contains(counted(report["matches"].get<std::size_t>()) + " of " +
                             counted(report["source"]["stems"].get<std::size_t>()) + " and "));
   CHECK_THAT(page, Contains(as_percentage(report["probability"].get<double>())));
@@ -124,8 +125,9 @@ TEST_CASE("a good registration is trusted, with the numbers of the JSON") {
 
 TEST_CASE("an ambiguous registration is not trusted, and its hypotheses are compared without a script") {
   const std::string page = ambiguous_pair().page();
-  CHECK_THAT(page, Contains("<section class=\"trust none\"") && Contains("Ambiguous: do not use it") &&
-                       Contains("two do as well") && Contains("48.0 %"));
+  CHECK_THAT(page, Contains("<section class=\"trust none\"") && Contains("<title>&#10007; ") &&
+                       Contains("Ambiguous: do not use it") && Contains("two do as well") &&
+                       Contains("48.0 %"));
   CHECK(count(page, "type=\"radio\" name=\"shown\"") == 2);
   CHECK_THAT(page, Contains("Hypothesis 2") && !Contains("Result:"));
 }
@@ -209,6 +211,12 @@ TEST_CASE("a section runs through matched stems, in its own frame") {
   }
   CHECK(along >= 2);
   CHECK_FALSE(section_through(target, {"none", std::nullopt, {}}));
+}
+
+TEST_CASE("scans of one name are told apart by their folders") {
+  CHECK(names_apart("x/a.ply", "y/b.ply") == std::pair<std::string, std::string>("a.ply", "b.ply"));
+  CHECK(names_apart("w/x/a.ply", "y/a.ply") == std::pair<std::string, std::string>("x/a.ply", "y/a.ply"));
+  CHECK(names_apart("a.ply", "y/a.ply") == std::pair<std::string, std::string>("a.ply", "y/a.ply"));
 }
 
 TEST_CASE("the name of a report is that of a drawing or of a page") {

@@ -9,8 +9,8 @@
 
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
-#include "support/scan_sample.hpp"
 #include "support/report/view_3d.hpp"
+#include "support/scan_sample.hpp"
 #include "support/voxel_sample.hpp"
 
 namespace globalmatch::support::test_report_points {
@@ -116,7 +116,7 @@ TEST_CASE("a view is about the middle of its first scan, so that map coordinates
   CHECK(matrix[0] == 1.0);
 }
 
-TEST_CASE("of a scan the understory is picked, and a section up to some metres; not what has no ground") {
+TEST_CASE("of a scan the understory is picked, and a section up to some metres, but not what has no ground") {
   terrain ground;
   ground.resolution = 1;
   ground.columns = ground.rows = 10;

@@ -33,8 +33,8 @@ void write_head(std::ostream& out, const html_page& page) {
       << "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
          "'unsafe-inline'; script-src 'unsafe-inline'; img-src data:\">\n"
       << "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      << "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" << escaped(page.title)
-      << "</title>\n<style>\n"
+      << "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" << mark_of(page.trust.level) << ' '
+      << escaped(page.title) << "</title>\n<style>\n"
       << report_style() << "</style>\n</head>\n";
 }
 

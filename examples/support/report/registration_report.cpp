@@ -211,6 +211,15 @@ void add_points(html_page& page, const reported_pair& pair) {
 
 }  // namespace
 
+std::pair<std::string, std::string> names_apart(const std::filesystem::path& a,
+                                                const std::filesystem::path& b) {
+  const auto with_folder = [](const std::filesystem::path& file) {
+    return (file.parent_path().filename() / file.filename()).generic_string();
+  };
+  if (a.filename() == b.filename()) return {with_folder(a), with_folder(b)};
+  return {a.filename().string(), b.filename().string()};
+}
+
 void write_registration_report(const std::filesystem::path& path, const reported_scan& source,
                                const reported_scan& target, const registration& result, bool needs_height,
                                const json& report) {

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "support/scan_files.hpp"
 
@@ -14,10 +15,14 @@ namespace globalmatch::support {
 
 /// What it is about; refers to the caller's data.
 struct reported_scan {
-  std::string name;
+  std::string name;  ///< one of `names_apart`
   const scan_file& scan;
   const stem_map& map;
 };
+
+/// The names of two files without their folders, or with the last of these where the names agree.
+std::pair<std::string, std::string> names_apart(const std::filesystem::path& a,
+                                                const std::filesystem::path& b);
 
 /// Writes a drawing or a page, as the name says. `report` is what the program writes as JSON. The points of
 /// the scans are read again for a page that shows some. `needs_height` as in `trust_in`. Throws `file_error`.
