@@ -148,7 +148,7 @@ html_section evidence_section(const json& report) {
               funnel_table("Stems to matched stems", report["funnel"])};
 }
 
-/// The transform and its uncertainty, as the JSON has them.
+/// The transform, as the JSON has it.
 html_section numbers_section(const json& report) {
   html_section section{"transform", "Transform from source to target", ""};
   if (report["target_from_source"].is_null()) {
