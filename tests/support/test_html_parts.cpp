@@ -31,6 +31,7 @@ TEST_CASE("lengths, shares and counts are written as people read them") {
 
 TEST_CASE("all text of a table is escaped, and its first cells are heads of rows") {
   html_table table("a < b", {"<head>", ""});
+  CHECK_THAT(table.markup(), !Contains("class=\"number\""));
   table.add({text_cell("<x>"), number_cell("1 & 2"), bar_cell(2)});
   const std::string markup = table.markup();
   CHECK_THAT(markup, Contains("<caption>a &lt; b</caption>") && Contains("aria-label=\"a &lt; b\"") &&

@@ -5,6 +5,7 @@
 #include <iomanip>
 #include <locale>
 #include <sstream>
+#include <utility>
 
 #include "support/markup.hpp"
 
@@ -54,16 +55,22 @@ html_cell bar_cell(double share) {
           "%\"></span></span>"};
 }
 
-html_table::html_table(std::string_view caption, const std::vector<std::string>& heads)
-    : caption_(escaped(caption)) {
-  for (const std::string& head : heads)
-    head_ += head.empty() ? "<td></td>" : "<th scope=\"col\">" + escaped(head) + "</th>";
+namespace {
+
+std::string alignment_of(bool is_number) {
+  return is_number ? " class=\"number\"" : "";
 }
+
+}  // namespace
+
+html_table::html_table(std::string_view caption, std::vector<std::string> heads)
+    : caption_(escaped(caption)), heads_(std::move(heads)), has_numbers_(heads_.size()) {}
 
 void html_table::add(const std::vector<html_cell>& cells) {
   body_ += "<tr>";
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    const std::string kind = cells[c].is_number ? " class=\"number\"" : "";
+    const std::string kind = alignment_of(cells[c].is_number);
+    if (cells[c].is_number) has_numbers_.at(c) = true;
     body_ += c == 0 ? "<th scope=\"row\"" + kind + ">" + cells[c].markup + "</th>"
                     : "<td" + kind + ">" + cells[c].markup + "</td>";
   }
@@ -71,8 +78,13 @@ void html_table::add(const std::vector<html_cell>& cells) {
 }
 
 std::string html_table::markup() const {
+  std::string head;
+  for (std::size_t c = 0; c < heads_.size(); ++c)
+    head += heads_[c].empty()
+                ? "<td></td>"
+                : "<th scope=\"col\"" + alignment_of(has_numbers_[c]) + ">" + escaped(heads_[c]) + "</th>";
   return "<div class=\"scroll\" role=\"region\" tabindex=\"0\" aria-label=\"" + caption_ +
-         "\"><table>\n<caption>" + caption_ + "</caption>\n<thead><tr>" + head_ + "</tr></thead>\n<tbody>\n" +
+         "\"><table>\n<caption>" + caption_ + "</caption>\n<thead><tr>" + head + "</tr></thead>\n<tbody>\n" +
          body_ + "</tbody></table></div>\n";
 }
 

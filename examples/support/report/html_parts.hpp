@@ -31,16 +31,18 @@ html_cell number_cell(std::string_view text);
 /// A bar that is filled to this share, which must be beside the number that it shows.
 html_cell bar_cell(double share);
 
-/// A table that scrolls where it is wider than the page.
+/// A table that scrolls where it is wider than the page. Heads are aligned as the numbers below them.
 class html_table {
  public:
-  html_table(std::string_view caption, const std::vector<std::string>& heads);
+  html_table(std::string_view caption, std::vector<std::string> heads);
   /// One row; the first cell is its head.
   void add(const std::vector<html_cell>& cells);
   std::string markup() const;
 
  private:
-  std::string caption_, head_, body_;
+  std::string caption_, body_;
+  std::vector<std::string> heads_;
+  std::vector<bool> has_numbers_;  // of each column
 };
 
 /// "<p>...</p>"
