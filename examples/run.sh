@@ -24,7 +24,7 @@ if ! grep -q simulate_plot <<<"$targets"; then
   exit 2
 fi
 cmake --build build/release --target \
-  simulate_plot map_stems match_stems register_scans register_survey evaluate_registration
+  simulate_plot scan_info map_stems match_stems register_scans register_survey evaluate_registration
 programs=$PWD/build/release/examples
 
 mkdir -p build/demo

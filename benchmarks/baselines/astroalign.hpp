@@ -38,7 +38,7 @@ inline astroalign_pairs pair_by_astroalign(const stem_alignment& maps) {
   if (std::system(command.c_str()) != 0) throw std::runtime_error(command + " failed");
   std::ifstream in(found.path());
   astroalign_pairs result;
-  in >> result.seconds;
+  if (!(in >> result.seconds)) throw std::runtime_error(command + " wrote nothing");
   for (correspondence c; in >> c.source >> c.target;) result.pairs.push_back(c);
   return result;
 }

@@ -8,6 +8,7 @@
 
 #include <teaser/registration.h>
 
+#include <cmath>
 #include <cstddef>
 #include <vector>
 

@@ -63,9 +63,9 @@ survey solve_and_write(support::survey_work& work, const support::survey_command
   report["targets"] = support::describe_targets(result, work.names);
   report["refinement"] = refinement;
   if (work.control) report["control"] = control;
+  support::write_survey(command.out_dir, work.rows, work.names, result, report);
   support::write_placed_scans(work, command, result);
   support::write_posed_files(work, command, result);
-  support::write_survey(command.out_dir, work.rows, work.names, result, report);
   support::report_constraints(result, options, work);
   report["all_placed"] = support::report_unplaced(work.rows, result);
   std::cout << support::summary(work.rows, result) << '\n';

@@ -37,6 +37,16 @@ bool is_posed_file(const std::filesystem::path& file) {
   return posed_format_of(opened) != posed_format::none;
 }
 
+void require_rewritable(const std::filesystem::path& copy, const std::filesystem::path& file) {
+  input_file opened(file);
+  std::array<char, 2> first;
+  opened.bytes().read(0, first);
+  const std::string_view mark(first.data(), first.size());
+  if (mark == "\xff\xfe" || mark == "\xfe\xff")
+    throw file_error(copy, "is a copy of " + file.string() + " with its pose, and that is text in UTF-16",
+                     "Save " + file.string() + " as UTF-8 or plain text");
+}
+
 void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source) {
   input_file file(parse_scan_name(source).path);
   const posed_format format = posed_format_of(file);
@@ -46,12 +56,7 @@ void require_posed_copy(const std::filesystem::path& copy, const std::filesystem
                      std::string("is a copy of the source with its pose, and that is no ") +
                          (is_e57 ? "E57" : "PTX") + " file",
                      "Choose another form of the transform, or --write");
-  std::array<char, 2> first;
-  file.bytes().read(0, first);
-  const std::string_view mark(first.data(), first.size());
-  if (mark == "\xff\xfe" || mark == "\xfe\xff")
-    throw file_error(copy, "is a copy of the source with its pose, and that is text in UTF-16",
-                     "Save the source as UTF-8 or plain text");
+  require_rewritable(copy, file.path());
 }
 
 void write_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& file,

@@ -17,6 +17,9 @@ bool is_posed_copy(const std::filesystem::path& copy);
 /// Whether a file is E57 or PTX, by its content. Throws `file_error` when it cannot be read.
 bool is_posed_file(const std::filesystem::path& file);
 
+/// Throws `file_error` where `file`, E57 or PTX, cannot be copied so, as it is text in UTF-16.
+void require_rewritable(const std::filesystem::path& copy, const std::filesystem::path& file);
+
 /// Throws `file_error` unless `source`, a file or one of its scans, can be copied so. To be asked before long
 /// work.
 void require_posed_copy(const std::filesystem::path& copy, const std::filesystem::path& source);

@@ -141,8 +141,9 @@ TEST_CASE("register_survey --posed copies files of scans with their poses, and n
   const auto scan = [&](int k) { return directory / ("scans/scan_" + std::to_string(k) + ".ply"); };
   const auto few_points = directory.file("few.xyz", "1 2 3\n4 5 6\n7 8 9\n");
   write_ptx(directory / "plot.ptx", {scan(1), few_points, scan(2)});
-  const auto run =
-      call(directory, "register_survey", "plot.ptx scans/scan_3.ply --out-dir out --posed posed --threads 2");
+  write_ptx(directory / "few.ptx", {few_points});
+  const auto run = call(directory, "register_survey",
+                        "plot.ptx few.ptx scans/scan_3.ply --out-dir out --posed posed --threads 2");
   CAPTURE(run.complaint);
   REQUIRE(run.status == 1);  // of the few points
   for (const std::string number : {"1", "3"}) {
@@ -151,18 +152,28 @@ TEST_CASE("register_survey --posed copies files of scans with their poses, and n
     REQUIRE(pose);
     CHECK(pose->isApprox(known, 1e-12));
   }
-  CHECK_THAT(run.complaint, Contains("scan 2 keeps the pose that it had"));
-  CHECK_FALSE(std::filesystem::exists(directory / "posed/scan_3.ply"));
+  CHECK_THAT(run.complaint, Contains("plot.ptx: scan 2 keeps the pose that it had") &&
+                                Contains("few.ptx: scan 1 keeps the pose that it had"));
+  CHECK(bytes_of(directory / "posed/few.ptx") == bytes_of(directory / "few.ptx"));
 
   const std::string known = bytes_of(directory / "plot.ptx");
-  std::filesystem::create_directory(directory / "other");
+  std::filesystem::create_directories(directory / "other");
+  std::filesystem::create_directories(directory / "links");
   std::filesystem::copy_file(directory / "plot.ptx", directory / "other/plot.ptx");
-  for (const char* wrong :
-       {"plot.ptx --posed .", "scans --posed posed", "plot.ptx other/plot.ptx --posed x"}) {
-    CAPTURE(wrong);
-    CHECK(call(directory, "register_survey", std::string("--out-dir out ") + wrong).status == 2);
-  }
+  std::filesystem::create_symlink("../other/plot.ptx", directory / "links/few.ptx");
+  const auto complaint_of = [&](const std::string& arguments) {
+    const auto refused = call(directory, "register_survey", "--out-dir refused " + arguments);
+    CHECK(refused.status == 2);
+    return refused.complaint;
+  };
+  CHECK_THAT(complaint_of("plot.ptx --posed ."), Contains("is one of the scans"));
+  CHECK_THAT(complaint_of("few.ptx other/plot.ptx --posed links"), Contains("is one of the scans"));
+  CHECK_THAT(complaint_of("scans --posed posed"), Contains("no scan is of an E57 or PTX file"));
+  CHECK_THAT(complaint_of("plot.ptx other/plot.ptx --posed posed"), Contains("the copy of both"));
+  CHECK_THAT(complaint_of("plot.ptx --posed few.xyz"), Contains("few.xyz"));
+  CHECK_FALSE(std::filesystem::exists(directory / "refused"));
   CHECK(bytes_of(directory / "plot.ptx") == known);
+  CHECK(bytes_of(directory / "other/plot.ptx") == known);
 }
 
 TEST_CASE("register_survey replaces no scan by what it writes, and refuses what it cannot write") {

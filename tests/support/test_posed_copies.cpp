@@ -235,6 +235,8 @@ TEST_CASE("what is no such file, the file itself, and scans that are not there a
   CHECK_THAT(refusal(directory / "b.ptx", text), Catch::Contains("no PTX file"));
   const auto utf16 = directory.file("b.ptx", std::string("\xff\xfe") + "1\0\n\0");
   CHECK_THAT(refusal(directory / "c.ptx", utf16), Catch::Contains("c.ptx"));
+  CHECK_THAT(error_of([&] { require_rewritable(directory / "c.ptx", utf16); }), Catch::Contains("UTF-16"));
+  CHECK_NOTHROW(require_rewritable(directory / "c.ptx", ptx));
   const std::filesystem::path one[] = {ptx};
   for (const auto& files : {std::pair(ptx, text), std::pair(text, ptx)})
     CHECK_THAT(error_of([&] { require_forms(one, files.first.string() + "#1", files.second); }),

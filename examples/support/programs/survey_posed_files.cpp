@@ -5,13 +5,14 @@
 #include <iostream>
 #include <map>
 #include <optional>
-#include <set>
+#include <string>
 #include <system_error>
 
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
 #include "support/numbered_scans.hpp"
 #include "support/posed_copies.hpp"
+#include "support/text_fields.hpp"
 
 namespace globalmatch::support {
 
@@ -35,41 +36,45 @@ std::optional<fs::path> posed_file_of(const fs::path& scan) {
 
 void require_posed_files(const std::vector<survey_input>& inputs, const survey_command& command) {
   if (command.posed_folder.empty()) return;
-  std::set<fs::path> files;
-  for (const survey_input& input : inputs)
-    if (const auto file = posed_file_of(input.path)) files.insert(*file);
-  if (files.empty())
+  make_folder(command.posed_folder);
+  std::map<std::string, fs::path> by_name;  // in lower case, as some systems do not distinguish them
+  for (const survey_input& input : inputs) {
+    const auto file = posed_file_of(input.path);
+    if (!file) continue;
+    const fs::path copy = command.posed_folder / file->filename();
+    const auto [other, is_new] = by_name.emplace(lower_case(copy.filename().string()), *file);
+    if (!is_new && other->second != *file)
+      throw file_error(copy, "would be the copy of both " + other->second.string() + " and " + file->string(),
+                       "Rename one of them");
+    require_rewritable(copy, *file);
+    std::error_code absent;
+    for (const survey_input& replaced : inputs)
+      if (fs::equivalent(copy, parse_scan_name(replaced.path).path, absent))
+        throw file_error(copy, "is one of the scans", "Name another folder with --posed");
+  }
+  if (by_name.empty())
     throw file_error(command.posed_folder, "would stay empty: no scan is of an E57 or PTX file",
                      "Use --write, or the matrices T_<scan>.txt");
-  std::map<fs::path, fs::path> by_name;
-  for (const fs::path& file : files) {
-    const auto [other, is_new] = by_name.emplace(file.filename(), file);
-    if (!is_new)
-      throw file_error(command.posed_folder / file.filename(),
-                       "would be the copy of both " + other->second.string() + " and " + file.string(),
-                       "Rename one of them");
-    std::error_code absent;
-    if (fs::equivalent(command.posed_folder / file.filename(), file, absent))
-      throw file_error(file, "would be replaced by its own copy", "Name another folder with --posed");
-  }
 }
 
 void write_posed_files(const survey_work& work, const survey_command& command, const survey& result) {
   if (command.posed_folder.empty()) return;
   std::map<fs::path, std::vector<scan_pose>> poses;
+  for (const fs::path& scan : work.files)
+    if (const auto file = posed_file_of(scan)) poses[*file];
   for (std::size_t m = 0; m < work.kept.size(); ++m) {
     if (result.scans[m].component != 0 || m == work.control) continue;
     if (const auto file = posed_file_of(work.kept[m].path))
       poses[*file].push_back(
           {parse_scan_name(work.kept[m].path).number.value_or(1), result.scans[m].survey_from_scan});
   }
-  make_folder(command.posed_folder);
   for (const auto& [file, of_file] : poses) {
-    write_posed_copy(command.posed_folder / file.filename(), file, of_file);
+    const fs::path copy = command.posed_folder / file.filename();
+    write_posed_copy(copy, file, of_file);
     for (const fs::path& scan : scans_in(file)) {
       const std::size_t number = parse_scan_name(scan).number.value_or(1);
       if (std::none_of(of_file.begin(), of_file.end(), [&](const auto& p) { return p.number == number; }))
-        std::cerr << (command.posed_folder / file.filename()).string() << ": scan " << number
+        std::cerr << copy.string() << ": scan " << number
                   << " keeps the pose that it had: it has no place in the survey\n";
     }
   }

@@ -10,8 +10,8 @@
 
 namespace globalmatch::support {
 
-/// Throws `file_error` where no input is an E57 or PTX file, or two of them have one name. To be asked before
-/// long work.
+/// Makes the folder of copies. Throws `file_error` where no input is an E57 or PTX file, two of them have one
+/// name, or a copy cannot be made or would replace an input. To be asked before long work.
 void require_posed_files(const std::vector<survey_input>& inputs, const survey_command& command);
 
 /// Copies the E57 and PTX files of the survey into the folder that the command names, each placed scan of the
