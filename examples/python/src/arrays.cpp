@@ -12,8 +12,14 @@ namespace {
 
 constexpr double no_number = 0;  // what columns that are missing refer to
 
-py::object as_array(py::handle given) {
-  return py::module_::import("numpy").attr("asarray")(given);
+/// Throws for an array with a mask, which would be lost; `name` is that of the argument or column.
+py::object as_array(py::handle given, const std::string& name) {
+  const py::module_ numpy = py::module_::import("numpy");
+  if (!py::isinstance(given, numpy.attr("ma").attr("MaskedArray"))) return numpy.attr("asarray")(given);
+  const bool is_matrix = py::cast<int>(given.attr("ndim")) == 2;
+  throw py::type_error(name + ": expected an array without a mask; " +
+                       (is_matrix ? "numpy.ma.compress_rows(...)" : ".compressed()") +
+                       " leaves out what is masked, .filled(numpy.nan) lets a scan skip it");
 }
 
 std::string text_of(const py::object& value) {
@@ -40,7 +46,7 @@ columns::columns(py::handle given, std::string name, bool needs_heights) : name_
     table_ = py::reinterpret_borrow<py::object>(given);
     names_ = py::list(given.attr("columns"));
   } else {
-    const py::object array = as_array(given);
+    const py::object array = as_array(given, name_);
     if (array.attr("dtype").attr("names").is_none()) {
       read_matrix(array, needs_heights);
       return;
@@ -87,7 +93,8 @@ bool columns::has_name(const std::string& column_name) const {
 
 std::optional<column> columns::find(const std::string& column_name) {
   if (!has_name(column_name)) return std::nullopt;
-  const py::array numbers = as_array(py::object(table_[py::str(column_name)]));
+  const py::array numbers =
+      as_array(py::object(table_[py::str(column_name)]), name_ + ": column " + column_name);
   if (numbers.ndim() != 1)
     throw py::value_error(name_ + ": expected one number a row in " + column_name + ", got shape " +
                           text_of(numbers.attr("shape")));

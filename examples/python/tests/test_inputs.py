@@ -120,6 +120,13 @@ points = np.zeros((5, 3))
         ({"x": points[:, 0], "y": points[:4, 0], "z": points[:, 0]}, ValueError, "source: columns differ"),
         ({"x": points, "y": points, "z": points}, ValueError, "source: expected one number a row in x"),
         (structured(points, "abc"), ValueError, "source: expected columns x, y, z"),
+        (np.ma.array(points), TypeError, r"source: expected an array without a mask; numpy.ma.compress_rows"),
+        (np.ma.array(structured(points)), TypeError, r"source: expected an array without .*\.filled\("),
+        (
+            {"x": points[:, 0], "y": np.ma.masked_less(points[:, 1], 0), "z": points[:, 2]},
+            TypeError,
+            r"source: column y: expected an array without a mask; \.compressed\(\)",
+        ),
     ],
 )
 def test_what_is_no_scan_is_refused_by_its_name(given, error, message):
@@ -127,6 +134,19 @@ def test_what_is_no_scan_is_refused_by_its_name(given, error, message):
         globalmatch.register_scans(given, points)
     with pytest.raises(error, match=message.replace("source", "target")):
         globalmatch.register_scans(points, given)
+
+
+def test_what_is_said_of_masks_helps(scans, stems):
+    points = np.ma.array(scans[1])
+    points[:20] = np.ma.masked
+    assert globalmatch.map_stems(points.filled(np.nan)).not_finite == 20
+    positions = np.ma.array(stems[:, :3])
+    positions[3, 1] = np.ma.masked
+    with pytest.raises(TypeError, match="target: expected an array without a mask"):
+        globalmatch.match_stems(stems[:, :3], positions)
+    rows = np.ma.compress_rows(positions)
+    assert len(rows) == len(stems) - 1
+    assert globalmatch.match_stems(stems[:, :3], rows).outcome == "registered"
 
 
 def test_an_empty_scan_is_an_answer_with_a_reason():
