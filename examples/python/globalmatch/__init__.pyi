@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 Array = NDArray[np.float64]
 # N x 3 floats, a structured array, a table (DataFrame) or a dictionary of arrays with columns x, y, z.
 Points = Any
-Progress = Callable[[float, str], Optional[bool]]
+Progress = Callable[[float, str], Union[bool, np.bool_, None]]
 Outcome = Literal["registered", "ambiguous", "not_registered", "cancelled"]
 Metric = Literal["none", "point_to_point", "point_to_plane"]
 Options = Mapping[str, Any]

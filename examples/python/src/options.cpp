@@ -121,6 +121,15 @@ static void read_fields(keywords& from, decision_options& o) {
       .read("alternative_share", o.alternative_share);
 }
 
+bool ask(const py::object& callback, const progress& at) {
+  if (callback.is_none()) return true;
+  const py::object answer = callback(at.fraction, py::str(at.stage.data(), at.stage.size()));
+  if (answer.is_none()) return true;
+  const int truth = PyObject_IsTrue(answer.ptr());
+  if (truth < 0) throw py::error_already_set();
+  return truth != 0;
+}
+
 void read_fields(keywords& from, run_options& o) {
   from.read("threads", o.threads).read("progress", o.progress);
 }

@@ -62,9 +62,13 @@ inline void read_fields(keywords& from, registration_icp& options) {
   from.group("icp", options.icp, "metric");
 }
 
+/// Calls `callback(fraction, stage)` unless it is None. Whether to go on: None says so, anything else by its
+/// truth value.
+bool ask(const py::object& callback, const progress& at);
+
 /// Runs `work(exec)` without the GIL. Where the library asks, every 20 ms at most, signals are looked at and
 /// `progress(fraction, stage)` is called. What either raises, as KeyboardInterrupt, is raised once all
-/// threads have stopped; False cancels.
+/// threads have stopped.
 template <class Work>
 auto run(const run_options& options, const Work& work) {
   using clock = std::chrono::steady_clock;
@@ -76,9 +80,7 @@ auto run(const run_options& options, const Work& work) {
     if (clock::now() - asked < interval) return true;
     const py::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    const bool goes_on =
-        options.progress.is_none() ||
-        options.progress(p.fraction, py::str(p.stage.data(), p.stage.size())).ptr() != Py_False;
+    const bool goes_on = ask(options.progress, p);
     asked = clock::now();
     return goes_on;
   };

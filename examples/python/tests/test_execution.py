@@ -1,4 +1,5 @@
 """The GIL is released, progress is reported, Ctrl-C is heard, and scans are not copied."""
+import contextlib
 import os
 import signal
 import subprocess
@@ -18,23 +19,21 @@ def long_scan(scans):
 
 
 def test_other_threads_run_meanwhile(long_scan):
-    longest, stop = [0.0], threading.Event()
+    calls, seen, done = {}, set(), threading.Event()
 
     def watch():
-        before = time.monotonic()
-        while not stop.is_set():
+        while not done.is_set():
+            seen.add(len(calls))
             time.sleep(0.001)
-            now = time.monotonic()
-            longest[0], before = max(longest[0], now - before), now
 
     watcher = threading.Thread(target=watch)
     watcher.start()
-    began = time.monotonic()
-    globalmatch.map_stems(long_scan, threads=1)
-    took = time.monotonic() - began
-    stop.set()
-    watcher.join()
-    assert longest[0] < 0.7 * took
+    try:
+        globalmatch.map_stems(long_scan, threads=1, progress=calls.__setitem__)
+    finally:
+        done.set()
+        watcher.join()
+    assert any(0 < count < len(calls) for count in seen)  # after the first call of progress, before the last
 
 
 def test_threads_may_map_at_once(scans):
@@ -76,6 +75,22 @@ def test_progress_cancels_by_false(scans, stems):
     assert globalmatch.register_survey([stems[:, :3]] * 2, progress=stop).cancelled
 
 
+@pytest.mark.parametrize("answer", [False, np.False_, 0, []])
+def test_what_is_false_cancels(scans, answer):
+    assert globalmatch.map_stems(scans[1], progress=lambda *_: answer).cancelled
+
+
+@pytest.mark.parametrize("answer", [None, True, np.True_, 1, "go on"])
+def test_none_and_what_is_true_go_on(scans, answer):
+    found = globalmatch.map_stems(scans[1], progress=lambda *_: answer)
+    assert not found.cancelled and len(found) > 30
+
+
+def test_an_answer_without_a_truth_value_is_an_error(scans):
+    with pytest.raises(ValueError, match="truth value of an array"):
+        globalmatch.map_stems(scans[1], progress=lambda *_: np.zeros(2))
+
+
 def test_what_progress_raises_is_raised(scans):
     def fail(_fraction, stage):
         raise LookupError(stage)
@@ -84,42 +99,45 @@ def test_what_progress_raises_is_raised(scans):
         globalmatch.map_stems(scans[1], progress=fail)
 
 
-def test_ctrl_c_is_raised(long_scan):
-    timer = threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT))
-    timer.start()
-    with pytest.raises(KeyboardInterrupt):
-        while True:
-            globalmatch.map_stems(long_scan, threads=1)
-    timer.join()
+@contextlib.contextmanager
+def interrupt_after_first_call(calls):
+    """Sends SIGINT once progress was called."""
+
+    def send():
+        while not calls and not done.is_set():
+            time.sleep(0.001)
+        if calls:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    done = threading.Event()
+    sender = threading.Thread(target=send)
+    sender.start()
+    try:
+        yield
+    finally:
+        done.set()
+        sender.join()
+
+
+# `dict.__setitem__` as progress(fraction, stage) is no Python code, where the interpreter hears signals.
+def test_ctrl_c_ends_the_call(long_scan):
+    whole, interrupted = {}, {}
+    globalmatch.map_stems(long_scan, threads=1, progress=whole.__setitem__)
+    with pytest.raises(KeyboardInterrupt), interrupt_after_first_call(interrupted):
+        globalmatch.map_stems(long_scan, threads=1, progress=interrupted.__setitem__)
+    assert set(interrupted.values()) < set(whole.values())  # it did not come to the last step
     assert len(globalmatch.map_stems(long_scan[:10])) == 0  # what was interrupted leaves nothing behind
 
 
 def test_signals_are_heard_while_the_library_computes(long_scan):
-    """Several within one call: after it only one could be heard."""
-    count, heard, done = [0], threading.Event(), threading.Event()
-
-    def hear(_number, _frame):
-        count[0] += 1
-        heard.set()
-
-    def send():
-        while not done.is_set():
-            heard.clear()
-            os.kill(os.getpid(), signal.SIGINT)
-            heard.wait(10)
-
-    previous = signal.signal(signal.SIGINT, hear)
-    sender = threading.Thread(target=send)
+    calls, heard = {}, []
+    previous = signal.signal(signal.SIGINT, lambda *_: heard.append(len(calls)))
     try:
-        sender.start()
-        globalmatch.map_stems(long_scan, threads=1)
-        within = count[0]
+        with interrupt_after_first_call(calls):
+            globalmatch.map_stems(long_scan, threads=1, progress=calls.__setitem__)
     finally:
-        done.set()
-        heard.set()
-        sender.join()
         signal.signal(signal.SIGINT, previous)
-    assert within >= 3
+    assert len(heard) == 1 and 0 < heard[0] < len(calls)  # the call went on after it
 
 
 # Points of little weight for the library: they fall into few cells.
