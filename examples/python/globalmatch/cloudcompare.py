@@ -68,13 +68,14 @@ def register_and_report(source, target):
         dialog.stop()
     for _code, text in registration.warnings:
         pycc.ccLog.Warning(f"globalmatch: {text}")
+    line = describe(registration, source, target)  # what fails here leaves the cloud as it was
     if registration.target_from_source is None:
         log = pycc.ccLog.Warning if registration.outcome == "cancelled" else pycc.ccLog.Error
-        log(describe(registration, source, target))
+        log(line)
         return registration
     transform(source, registration.target_from_source)
     source.setGlobalShift(*global_shift(target))
-    pycc.ccLog.Print(describe(registration, source, target))
+    pycc.ccLog.Print(line)
     pycc.GetInstance().redrawAll()
     pycc.GetInstance().updateUI()
     return registration

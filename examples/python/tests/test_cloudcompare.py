@@ -75,6 +75,19 @@ def test_cancel_leaves_all_as_it_was(open_plugin, clouds, monkeypatch):
     assert clouds[0].coordinates is before
 
 
+def test_a_report_that_fails_leaves_all_as_it_was(open_plugin, clouds, monkeypatch):
+    before = clouds[0].coordinates
+    plugin, pycc = open_plugin(*clouds)
+
+    def fail(*_):
+        raise LookupError("no report")
+
+    monkeypatch.setattr(sys.modules["globalmatch.cloudcompare"], "describe", fail)
+    with pytest.raises(LookupError):
+        plugin.getActions()[0].target()
+    assert clouds[0].coordinates is before
+
+
 def test_two_clouds_must_be_selected(open_plugin, clouds):
     plugin, _ = open_plugin(clouds[0])
     with pytest.raises(RuntimeError, match="select two clouds; 1 are selected"):
