@@ -13,7 +13,7 @@ root = here.parents[1]
 built = root / "build" / "python"
 built.mkdir(parents=True, exist_ok=True)
 
-project = re.search(r"project\([^)]*?VERSION\s+([\d.]+)", (root / "CMakeLists.txt").read_text())
+project = re.search(r"project\([^)]*?VERSION\s+([\d.]+)", (root / "CMakeLists.txt").read_text(encoding="utf-8"))
 version = project.group(1)
 
 

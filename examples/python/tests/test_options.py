@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 functions = list(globalmatch.defaults)
-stub = ast.parse((Path(__file__).parents[1] / "globalmatch/__init__.pyi").read_text())
+stub = ast.parse((Path(__file__).parents[1] / "globalmatch/__init__.pyi").read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", functions)
