@@ -1,10 +1,20 @@
 #!/usr/bin/env bash
-# Installs the Python package into build/python/venv, runs its tests, and checks its stub. Programs in
-# build/release/examples are compared with where they have been built. Installs what is missing.
+# Installs the Python package into build/python/venv, runs its tests, and checks its stub. Its results are
+# compared with those of the programs in build/release/examples. Installs what is missing.
 # usage: examples/python/test.sh [ARGUMENT OF PYTEST...]
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 source cmake/setup.sh
+
+export GLOBALMATCH_PROGRAMS=$PWD/build/release/examples
+programs=(map_stems match_stems register_scans register_survey)
+for program in "${programs[@]}"; do
+  if [ -x "$GLOBALMATCH_PROGRAMS/$program" ]; then continue; fi
+  echo "$GLOBALMATCH_PROGRAMS has no $program, which the tests compare with. Build it first:" >&2
+  echo "cmake -S . -B build/release -DCMAKE_BUILD_TYPE=Release" >&2
+  echo "cmake --build build/release --target ${programs[*]}" >&2
+  exit 2
+done
 
 install_missing python3-dev python3-pip python3-venv python3-setuptools python3-wheel python3-pybind11 \
   python3-numpy python3-pandas python3-pytest mypy
@@ -12,7 +22,6 @@ install_missing python3-dev python3-pip python3-venv python3-setuptools python3-
 python=build/python/venv/bin/python
 "$python" -m pip install --quiet --no-index --no-deps --force-reinstall --no-build-isolation examples/python
 
-export GLOBALMATCH_PROGRAMS=$PWD/build/release/examples
 "$python" -m pytest -q -p no:cacheprovider examples/python/tests "$@"
 
 # The stub: what mypy makes of a program that uses it, and of one with an error in each line that is marked.
