@@ -28,7 +28,8 @@ def eigen():
     return "/usr/include/eigen3"
 
 
-sources = [*sorted((root / "src").glob("*.cpp")), root / "examples/support/warnings.cpp",
+shared = ["atomic_file", "process_identity", "warnings"]  # with the programs
+sources = [*sorted((root / "src").glob("*.cpp")), *(root / f"examples/support/{name}.cpp" for name in shared),
            *sorted((here / "src").glob("*.cpp"))]
 
 ParallelCompile("CMAKE_BUILD_PARALLEL_LEVEL").install()

@@ -9,6 +9,8 @@
 #include "arrays.hpp"
 #include "options.hpp"
 #include "results.hpp"
+#include "support/atomic_file.hpp"
+#include "support/file_error.hpp"
 
 namespace globalmatch::python {
 
@@ -70,9 +72,15 @@ std::string text_of_path(const py::object& path) {
 }
 
 void write_file(const py::object& path, const stem_map& map) {
-  std::ofstream out(text_of_path(path), std::ios::binary);
-  if (!out) refuse_file(path);
-  write_stem_map(out, map);
+  if (map.cancelled) throw py::value_error("map: it was cancelled, and is not whole");
+  try {
+    support::atomic_file file(text_of_path(path));
+    file.stream() << bytes_of(map);
+    file.commit();
+  } catch (const support::file_error& error) {  // it names the path
+    PyErr_SetString(PyExc_OSError, error.what());
+    throw py::error_already_set();
+  }
 }
 
 std::shared_ptr<stem_map> read_file(const py::object& path) {
@@ -138,8 +146,8 @@ void add_stem_maps(py::module_& module) {
              document<run_options, frame_options, mapping_options>(
                  module, "map_stems", "Maps the stems of a scan, N x 3 coordinates in metres.")
                  .c_str());
-  module.def("write_stem_map", &write_file, py::arg("path"), py::arg("stem_map"),
-             "Writes a stem map file (docs/stem_map_file.md), with samples.");
+  module.def("write_stem_map", &write_file, py::arg("path"), py::arg("map"),
+             "Writes a stem map file (docs/stem_map_file.md), with samples: whole, or not at all.");
   module.def("read_stem_map", &read_file, py::arg("path"), "Reads a stem map file.");
 }
 

@@ -111,6 +111,26 @@ def test_maps_are_kept_in_files_and_pickled(registration, tmp_path):
         globalmatch.read_stem_map(tmp_path / "wrong.gmap")
 
 
+def test_files_of_maps_are_written_whole_or_not_at_all(registration, tmp_path):
+    file = tmp_path / "map.gmap"
+    file.write_bytes(b"what was there")
+    cancelled = globalmatch.map_stems(np.zeros((10, 3)), progress=lambda *_: False)
+    with pytest.raises(ValueError, match="map: it was cancelled"):
+        globalmatch.write_stem_map(file, cancelled)
+    assert file.read_bytes() == b"what was there"
+    with pytest.raises(OSError, match="absent/map.gmap: "):
+        globalmatch.write_stem_map(tmp_path / "absent" / "map.gmap", registration.target)
+    globalmatch.write_stem_map(file, registration.target)
+    assert len(globalmatch.read_stem_map(file)) == len(registration.target)
+    assert os.listdir(tmp_path) == ["map.gmap"]
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
+def test_a_full_disk_is_an_error(registration):
+    with pytest.raises(OSError, match="/dev/full: could not be written to its end"):
+        globalmatch.write_stem_map("/dev/full", registration.target)
+
+
 def test_match_stems_is_that_of_the_program(stems, true_transform, tmp_path):
     source = transformed(np.linalg.inv(true_transform), stems[5:, :3])
     tables = [pandas.DataFrame(rows, columns=list("xyz")) for rows in (source, stems[:30, :3])]
