@@ -33,10 +33,14 @@ done
 # reading and writing other files is tested, too. Most sources are compiled several at a time, as CMake does.
 alone=(src/*.cpp tests/main.cpp tests/test_points.cpp examples/support/build_record.cpp
   examples/support/laz_chunk_decoder.cpp)
-printf '%s\n' tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp examples/support/programs/*.cpp |
+printf '%s\n' tests/test_*.cpp tests/support/test_*.cpp examples/support/*.cpp \
+  examples/support/{programs,report}/*.cpp |
   grep -v -e /test_e57 -e /test_posed_copies | grep -vxF "$(printf '%s\n' "${alone[@]}")" |
   awk -v folder="$folder" '{ print "#include \"" ENVIRON["PWD"] "/" $0 "\"" > (folder "/several_" int(NR / 12) ".cpp") }'
-sources=("${alone[@]}" "$folder"/several_*.cpp)
+touch "$folder/no_view.js"
+cmake -D source="$folder/embedded_files.cpp" -D report_style=examples/report/style.css \
+  -D report_script="$folder/no_view.js" -P examples/report/embed.cmake
+sources=("${alone[@]}" "$folder/embedded_files.cpp" "$folder"/several_*.cpp)
 compile=("$compiler" -std=c++20 -O1 "${flags[@]}" -DGLOBALMATCH_COMPILED -DGLOBALMATCH_WITHOUT_PUGIXML
   -I include -I tests -I examples -I benchmarks -isystem "$folder/include"
   -DGLOBALMATCH_VERSION="\"$(sed -n 's/^ *VERSION \([0-9.]*\).*/\1/p' CMakeLists.txt | head -1)\""
