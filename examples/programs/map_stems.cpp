@@ -4,6 +4,7 @@
 #include "support/atomic_file.hpp"
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
+#include "support/programs/run_record.hpp"
 #include "support/scan_files.hpp"
 #include "support/scan_mapping.hpp"
 #include "support/stem_files.hpp"
@@ -63,8 +64,9 @@ int main(int argc, char** argv) {
 
     write_stem_map(out, map);
     auto report = support::describe(map);
+    report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
-    report["stages"] = clock.stages();
+    if (!options.json.empty()) report["inputs"] = support::describe_files({scan_path});
     const auto warnings = support::warnings_of(map, scan.marked(), options.keep_noise);
     report["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);

@@ -4,6 +4,7 @@
 #include "support/atomic_file.hpp"
 #include "support/programs/command_line.hpp"
 #include "support/programs/reports.hpp"
+#include "support/programs/run_record.hpp"
 #include "support/stem_files.hpp"
 #include "support/transform_forms.hpp"
 
@@ -53,8 +54,9 @@ int main(int argc, char** argv) {
     auto report = support::describe(result, target_from_source);
     report["source"] = {{"stems", source.stems.size()}};
     report["target"] = {{"stems", target.stems.size()}};
+    report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
-    report["stages"] = clock.stages();
+    if (!options.json.empty()) report["inputs"] = support::describe_files({source_file, target_file});
     support::write_json(options.json, report);
     support::print(support::warnings_of(result));
     const bool lacks_height = options.require_height && result.vertical && !result.vertical->is_known();

@@ -85,6 +85,7 @@ int main(int argc, char** argv) {
     report["target"] = support::describe(target_map);
     report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
+    if (!options.json.empty()) report["inputs"] = support::describe_files({source_file, target_file});
     auto warnings = support::warnings_of(source_map, source.marked(), options.keep_noise);
     support::print(warnings, source_file);
     report["source"]["warnings"] = support::describe(warnings);

@@ -36,6 +36,22 @@ std::string stem_csv(double yaw, double shift) {
   return csv.str();
 }
 
+/// The record of a run in JSON: build, command, options and inputs.
+void check_record(const temporary_directory& directory, const nlohmann::json& report,
+                  const std::vector<std::string>& inputs) {
+  CHECK(report["globalmatch"]["version"].is_string());
+  CHECK(report["command"].size() > inputs.size());
+  CHECK(report["options"].contains("threads"));
+  CHECK(report["seconds"].is_number());
+  CHECK(report["stages"].is_object());
+  REQUIRE(report["inputs"].size() == inputs.size());
+  for (std::size_t i = 0; i < inputs.size(); ++i) {
+    CHECK(report["inputs"][i]["path"] == inputs[i]);
+    CHECK(report["inputs"][i]["bytes"] == std::filesystem::file_size(directory / inputs[i]));
+    CHECK(report["inputs"][i]["hash"].get<std::string>().size() == 16);
+  }
+}
+
 }  // namespace
 
 using Catch::Matchers::Contains;
@@ -52,6 +68,7 @@ TEST_CASE("match_stems writes the matrix from source to target and ends in statu
   CHECK(report["outcome"] == "registered");
   CHECK(report["matches"] == 12);
   CHECK(report["target_from_source"].size() == 16);
+  check_record(directory, report, {"source.csv", "target.csv"});
 }
 
 TEST_CASE("match_stems reads radii and says that they resolved the ambiguity of a plantation") {
@@ -257,6 +274,7 @@ TEST_CASE("simulated scans go through map_stems, match_stems and register_scans"
   REQUIRE(call(directory, "map_stems", "scan_1.ply --out 1.csv --json m.json").status == 0);
   REQUIRE(call(directory, "map_stems", "scan_2.ply --out 2.csv").status == 0);
   const auto map = nlohmann::json::parse(bytes_of(directory / "m.json"));
+  check_record(directory, map, {"scan_1.ply"});
   CHECK(map["stems"] == read_stems(directory / "1.csv").stems.size());
   CHECK(map["points"].is_number_integer());
   CHECK_FALSE(map["upright"]["tilted"].get<bool>());
@@ -271,6 +289,7 @@ TEST_CASE("simulated scans go through map_stems, match_stems and register_scans"
   CHECK_THAT(bytes_of(directory / "T.json"), Contains("filters.transformation"));
   CHECK(error("T.txt") < 0.1);
   const auto report = nlohmann::json::parse(bytes_of(directory / "r.json"));
+  check_record(directory, report, {"scan_2.ply", "scan_1.ply"});
   CHECK(report["target"]["stems"] == map["stems"]);
   CHECK(std::filesystem::file_size(directory / "merged.ply") > 0);
   CHECK_THAT(bytes_of(directory / "plan.svg"), Contains("</svg>"));
