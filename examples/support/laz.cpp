@@ -17,8 +17,6 @@ namespace globalmatch::support {
 
 namespace {
 
-using laz::record_layout;
-
 [[noreturn]] void refuse(const file_bytes& file, const std::string& what) {
   std::filesystem::path converted = file.path();
   converted.replace_extension(".las");
@@ -29,7 +27,7 @@ using laz::record_layout;
             "Convert it: las2las -i " + in + " -o " + out + "   or: pdal translate " + in + " " + out);
 }
 
-record_layout layout_of(const file_bytes& file, const las_header& header, const laszip_record& laszip) {
+laz::record_layout layout_of(const file_bytes& file, const las_header& header, const laszip_record& laszip) {
   constexpr unsigned pointwise = 1, chunked = 2, layered = 3;
   const unsigned format = header.format;
   const std::size_t size = las_format_size(format);
@@ -38,7 +36,7 @@ record_layout layout_of(const file_bytes& file, const las_header& header, const 
   if (size == 0 || laszip.compressor != (format >= 6 ? layered : chunked)) refuse(file, "in an unknown way");
   if (header.record_size < size || laszip.chunk_size == 0)
     file.fail("has a damaged LAS header", "Copy or export the scan again");
-  const record_layout layout{format, header.record_size - size, laszip.items.front().version};
+  const laz::record_layout layout{format, header.record_size - size, laszip.items.front().version};
   if (laszip.items != laz::laszip_items(layout) ||
       (layout.is_layered() && layout.version != 3 && layout.version != 4))
     refuse(file, "with items of an unknown version");
@@ -55,7 +53,7 @@ using chunk_records = std::vector<char>;
 /// A file, its chunks, and their attributes, which are decoded when they are asked for.
 class laz_points : public point_source {
  public:
-  laz_points(file_bytes file, const las_header& header, const record_layout& layout,
+  laz_points(file_bytes file, const las_header& header, const laz::record_layout& layout,
              std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
       : file_(std::move(file)),
         chunks_(std::move(chunks)),
@@ -110,7 +108,7 @@ class laz_points : public point_source {
 /// Points of which coordinates and marks were decoded at once.
 class decoded_laz final : public laz_points {
  public:
-  decoded_laz(file_bytes file, const las_header& header, const record_layout& layout,
+  decoded_laz(file_bytes file, const las_header& header, const laz::record_layout& layout,
               std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
       : laz_points(std::move(file), header, layout, std::move(chunks), std::move(fields), options),
         points_(size()),
@@ -139,7 +137,7 @@ class decoded_laz final : public laz_points {
 /// Points that are decoded when they are asked for.
 class streamed_laz final : public laz_points {
  public:
-  streamed_laz(file_bytes file, const las_header& header, const record_layout& layout,
+  streamed_laz(file_bytes file, const las_header& header, const laz::record_layout& layout,
                std::vector<laz::chunk> chunks, std::vector<record_field> fields, const scan_options& options)
       : laz_points(std::move(file), header, layout, std::move(chunks), std::move(fields), options),
         decoded_(chunks_, options.threads, [this](const laz::chunk& chunk, chunk_points& content) {
@@ -173,7 +171,7 @@ class streamed_laz final : public laz_points {
 
 std::unique_ptr<point_source> open_laz(file_bytes file, const las_header& header, const laszip_record& laszip,
                                        std::vector<record_field> fields, const scan_options& options) {
-  const record_layout layout = layout_of(file, header, laszip);
+  const laz::record_layout layout = layout_of(file, header, laszip);
   std::vector<laz::chunk> chunks = laz::locate_chunks(file, header, laszip, layout);
   const std::uint64_t size = laz_points::size_of_all(chunks);
   const auto open = [&]<class Points>(std::type_identity<Points>) -> std::unique_ptr<point_source> {
