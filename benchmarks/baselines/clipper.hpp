@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace globalmatch::benchmarks {
@@ -20,16 +21,13 @@ struct clipper_options {
   double bytes_a_pair = 80;  ///< of consistent associations, in triplets and two sparse matrices
 };
 
-/// The search cannot be stopped: one that took too long counts as stopped in the end.
 inline match_run run_clipper(const two_maps& maps, const run_limits& limits, double inlier_threshold,
                              const clipper_options& options = {}) {
-  const stem_alignment alignment(maps, inlier_threshold);
-  match_run run = run_within(limits, 0, [&](const execution&) {
-    match_run result{.funnel = alignment.funnel()};
-    const consistent_associations associations(alignment);
+  const auto search = [&](const stem_alignment&, const consistent_associations& associations,
+                          const execution&) -> std::optional<std::vector<int>> {
     const std::size_t pairs = associations.count();
-    result.stopped = double(pairs) * options.bytes_a_pair > limits.memory;
-    if (result.stopped || pairs == 0) return result;
+    if (double(pairs) * options.bytes_a_pair > limits.memory) return std::nullopt;
+    if (pairs == 0) return std::vector<int>();
     std::vector<clipper::SpTriplet> weights, allowed;
     weights.reserve(pairs), allowed.reserve(pairs);
     associations.for_each_pair([&](std::size_t a, std::size_t b, double difference) {
@@ -47,14 +45,9 @@ inline match_run run_clipper(const two_maps& maps, const run_limits& limits, dou
     clipper::CLIPPER solver(invariant, clipper::Params{});
     solver.setSparseMatrixData(affinity, constraint);
     solver.solve();
-    std::vector<correspondence> clique;
-    for (const int node : solver.getSolution().nodes) clique.push_back(associations[std::size_t(node)]);
-    result.funnel.consensus = clique.size();
-    result.target_from_source = transform_of(alignment, clique);
-    return result;
-  });
-  if (run.seconds > limits.seconds) run.stopped = true, run.target_from_source.reset();
-  return run;
+    return solver.getSolution().nodes;
+  };
+  return match_by_clique(maps, limits, inlier_threshold, search);
 }
 
 }  // namespace globalmatch::benchmarks

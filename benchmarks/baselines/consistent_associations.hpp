@@ -86,4 +86,27 @@ inline std::optional<Eigen::Isometry3d> transform_of(const stem_alignment& maps,
   return maps.refined(best);
 }
 
+/// What a search for a clique of associations makes of two maps: `search(alignment, associations, exec)`
+/// gives the numbers of its associations, or nothing where the maps are too large for it. It cannot be
+/// stopped: one that took too long counts as stopped in the end.
+template <class Search>
+match_run match_by_clique(const two_maps& maps, const run_limits& limits, double inlier_threshold,
+                          const Search& search) {
+  const stem_alignment alignment(maps, inlier_threshold);
+  match_run run = run_within(limits, 0, [&](const execution& exec) {
+    match_run result{.funnel = alignment.funnel()};
+    const consistent_associations associations(alignment);
+    const std::optional<std::vector<int>> nodes = search(alignment, associations, exec);
+    result.stopped = !nodes;
+    if (result.stopped) return result;
+    std::vector<correspondence> clique;
+    for (const int node : *nodes) clique.push_back(associations[std::size_t(node)]);
+    result.funnel.consensus = clique.size();
+    result.target_from_source = transform_of(alignment, clique);
+    return result;
+  });
+  if (run.seconds > limits.seconds) run.stopped = true, run.target_from_source.reset();
+  return run;
+}
+
 }  // namespace globalmatch::benchmarks

@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace globalmatch::benchmarks {
@@ -18,15 +19,12 @@ struct teaser_options {
   std::size_t max_associations = 4000;  ///< as all pairs of them are made
 };
 
-/// The search cannot be stopped: one that took too long counts as stopped in the end.
 inline match_run run_teaser(const two_maps& maps, const run_limits& limits, double inlier_threshold,
                             const teaser_options& options = {}) {
-  const stem_alignment alignment(maps, inlier_threshold);
-  match_run run = run_within(limits, 0, [&](const execution& exec) {
-    match_run result{.funnel = alignment.funnel()};
-    const consistent_associations associations(alignment);
-    result.stopped = associations.size() > options.max_associations;
-    if (result.stopped || associations.count() == 0) return result;
+  const auto search = [&](const stem_alignment& alignment, const consistent_associations& associations,
+                          const execution& exec) -> std::optional<std::vector<int>> {
+    if (associations.size() > options.max_associations) return std::nullopt;
+    if (associations.count() == 0) return std::vector<int>();
     Eigen::Matrix3Xd source(3, Eigen::Index(associations.size())), target(source);
     for (std::size_t a = 0; a < associations.size(); ++a) {
       const correspondence c = associations[a];
@@ -43,14 +41,9 @@ inline match_run run_teaser(const two_maps& maps, const run_limits& limits, doub
     if (std::isfinite(limits.seconds)) params.max_clique_time_limit = limits.seconds;
     teaser::RobustRegistrationSolver solver(params);
     solver.solve(source, target);
-    std::vector<correspondence> clique;
-    for (const int node : solver.getInlierMaxClique()) clique.push_back(associations[std::size_t(node)]);
-    result.funnel.consensus = clique.size();
-    result.target_from_source = transform_of(alignment, clique);
-    return result;
-  });
-  if (run.seconds > limits.seconds) run.stopped = true, run.target_from_source.reset();
-  return run;
+    return solver.getInlierMaxClique();
+  };
+  return match_by_clique(maps, limits, inlier_threshold, search);
 }
 
 }  // namespace globalmatch::benchmarks
