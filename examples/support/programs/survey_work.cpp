@@ -12,6 +12,8 @@
 
 namespace globalmatch::support {
 
+using json = nlohmann::ordered_json;
+
 namespace {
 
 void add(survey_work& work, const survey_input& input, survey_map mapped) {
@@ -38,8 +40,7 @@ std::optional<std::size_t> survey_work::index_of(const std::string& name) const 
   return std::size_t(found - names.begin());
 }
 
-nlohmann::ordered_json describe_inputs(const std::vector<survey_input>& inputs, const survey_work& work) {
-  using json = nlohmann::ordered_json;
+json describe_inputs(const std::vector<survey_input>& inputs, const survey_work& work) {
   json read = json::array(), warnings = json::array();
   const auto add_input = [&](const survey_input& input) {
     std::error_code absent;
