@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <map>
+#include <memory>
 #include <tuple>
 #include <vector>
 
@@ -63,12 +64,22 @@ TEST_CASE("cells hold the points that one map entry a cell holds, row by row, co
 TEST_CASE("points in many parts are sorted as if they came in one") {
   random_source random(7);
   const local_points all = scenes::as_local(scenes::random_cloud(random, 4000, 10));
-  std::vector<local_points> parts(150);
-  for (std::size_t i = 0; i < all.size(); ++i)
-    parts[i * parts.size() / all.size()].push_back(all[i], all.index[i]);
+  const auto in_parts = [&] {  // that two threads gathered
+    parted_points points;
+    for (int thread = 0; thread < 2; ++thread) points.gathered.push_back(std::make_unique<local_points>());
+    constexpr std::size_t count = 150;
+    for (std::size_t p = 0; p < count; ++p) {
+      local_points& own = *points.gathered[p % 3 == 0];
+      const std::size_t before = own.size();
+      for (std::size_t i = p * all.size() / count; i < (p + 1) * all.size() / count; ++i)
+        own.push_back(all[i], all.index[i]);
+      points.parts.push_back({&own, before, own.size()});
+    }
+    return points;
+  };
   for (const int threads : {1, 3}) {
     const cell_columns one = sort_into_cells(all, 0.2);
-    const cell_columns many = detail::cell_sorter(parts, all.frame, 0.2).sorted({.threads = threads});
+    const cell_columns many = detail::cell_sorter(in_parts(), all.frame, 0.2).sorted({.threads = threads});
     CHECK(many.points().index == one.points().index);
     CHECK(many.points().x == one.points().x);
     CHECK(many.cells() == one.cells());

@@ -59,7 +59,7 @@ std::unique_ptr<tiled_minima::tile> tile_at(std::int64_t row, std::int64_t colum
   auto tile = std::make_unique<tiled_minima::tile>();
   tile->at.row = row;
   tile->at.column = column;
-  for (std::size_t i = 0; i < cells; ++i) tile->cells[i].z = 1;
+  for (std::size_t i = 0; i < cells; ++i) tile->keep(i, {1, 0, 0});
   return tile;
 }
 

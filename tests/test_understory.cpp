@@ -90,21 +90,22 @@ TEST_CASE("along the order of the scan points are kept that lie apart from the o
   scan[200].y() = 25;  // elsewhere
   scan[39999] = scan[39998];
   for (const int threads : {1, 2}) {
-    const auto layer = detail::select_understory_parts(scan, ground, {}, 0.01, {.threads = threads});
+    auto layer = detail::select_understory_parts(scan, ground, {}, 0.01, {.threads = threads});
     CHECK(layer.in_layer == scan.size() - 1);
-    const local_points kept = detail::join_parts(layer.parts, ground.frame, "understory", {});
+    const std::size_t chunks = layer.points.parts.size();
+    const local_points kept = detail::join_parts(std::move(layer.points), ground.frame, "understory", {});
     CHECK(kept.index.front() == 0);
     CHECK(std::is_sorted(kept.index.begin(), kept.index.end()));
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(200)) == 1);
     CHECK(std::count(kept.index.begin(), kept.index.end(), point_index(100)) == 0);
     std::size_t together = 0;
     for (std::size_t i = 1; i < kept.size(); ++i) together += vec3(kept[i] - kept[i - 1]).norm() < 0.0099;
-    CHECK(together <= layer.parts.size());  // chunks begin anew
+    CHECK(together <= chunks);  // chunks begin anew
     CHECK(kept.size() > 690);
     CHECK(kept.size() < 720);
   }
-  const auto all = detail::select_understory_parts(scan, ground, {}, 0, {});
-  CHECK(detail::join_parts(all.parts, ground.frame, "understory", {}).size() == all.in_layer);
+  auto all = detail::select_understory_parts(scan, ground, {}, 0, {});
+  CHECK(detail::join_parts(std::move(all.points), ground.frame, "understory", {}).size() == all.in_layer);
 }
 
 TEST_CASE("how far the scanner saw is told by all points, whatever the threads and the range") {

@@ -9,6 +9,7 @@
 #include <ranges>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
@@ -112,9 +113,29 @@ void read_in_chunks(const R& scan, const execution& exec, std::string_view stage
   }
 }
 
-/// Parts of one set of points put together, in their order. Takes them.
-inline local_points join_parts(std::vector<local_points> parts, const local_frame& frame,
-                               std::string_view stage, const execution& exec) {
+/// One set of points in parts, which lie in what threads gathered.
+struct parted_points {
+  struct part {
+    const local_points* points;
+    std::size_t begin, end;  ///< of the part
+
+    std::size_t size() const { return end - begin; }
+  };
+  std::vector<std::unique_ptr<local_points>> gathered;
+  std::vector<part> parts;  ///< in the order of the points
+
+  parted_points() = default;
+  /// In one part.
+  explicit parted_points(local_points points) {
+    gathered.push_back(std::make_unique<local_points>(std::move(points)));
+    parts.push_back({gathered.front().get(), 0, gathered.front()->size()});
+  }
+};
+
+/// The parts put together. Takes them.
+inline local_points join_parts(parted_points from, const local_frame& frame, std::string_view stage,
+                               const execution& exec) {
+  const auto& parts = from.parts;
   std::vector<std::size_t> first(parts.size() + 1, 0);
   for (std::size_t k = 0; k < parts.size(); ++k) first[k + 1] = first[k] + parts[k].size();
   local_points all;
@@ -123,12 +144,12 @@ inline local_points join_parts(std::vector<local_points> parts, const local_fram
   parallel_for(
       exec, stage, parts.size(),
       [&](std::size_t k) {
-        const auto at = static_cast<std::ptrdiff_t>(first[k]);
-        std::copy(parts[k].x.begin(), parts[k].x.end(), all.x.begin() + at);
-        std::copy(parts[k].y.begin(), parts[k].y.end(), all.y.begin() + at);
-        std::copy(parts[k].z.begin(), parts[k].z.end(), all.z.begin() + at);
-        std::copy(parts[k].index.begin(), parts[k].index.end(), all.index.begin() + at);
-        parts[k] = {};
+        const auto& [points, begin, end] = parts[k];
+        const auto copy = [&, from = begin, count = end - begin](const auto& values, auto& to) {
+          std::copy_n(values.begin() + std::ptrdiff_t(from), count, to.begin() + std::ptrdiff_t(first[k]));
+        };
+        copy(points->x, all.x), copy(points->y, all.y), copy(points->z, all.z);
+        copy(points->index, all.index);
       },
       1);
   return all;

@@ -25,8 +25,7 @@ class cell_sorter {
  public:
   /// Takes the points over, in parts that each may be of any size; one row after the other can then be sorted
   /// alone.
-  cell_sorter(std::vector<local_points> parts, const local_frame& frame, double width)
-      : parts_(std::move(parts)) {
+  cell_sorter(parted_points points, const local_frame& frame, double width) : points_(std::move(points)) {
     if (!(width > 0)) throw std::invalid_argument("cell width must be positive");
     result_.width = width;
     result_.per_meter = 1 / width;
@@ -46,13 +45,14 @@ class cell_sorter {
 
   /// Calls `work(group, part)`, in parallel for groups, in their order for parts.
   template <class Work>
-  void for_each_part(const execution& exec, const Work& work) {
-    const std::size_t groups = std::min(parts_.size(), max_groups);
+  void for_each_part(const execution& exec, const Work& work) const {
+    const auto& parts = points_.parts;
+    const std::size_t groups = std::min(parts.size(), max_groups);
     parallel_for(
         exec, "cells", groups,
         [&](std::size_t g) {
-          for (std::size_t p = g * parts_.size() / groups; p < (g + 1) * parts_.size() / groups; ++p)
-            work(g, parts_[p]);
+          for (std::size_t p = g * parts.size() / groups; p < (g + 1) * parts.size() / groups; ++p)
+            work(g, parts[p]);
         },
         1);
   }
@@ -60,7 +60,7 @@ class cell_sorter {
   std::vector<std::uint32_t> sort_into_rows(const execution& exec);
   row_cells sort_row(std::uint32_t begin, std::uint32_t end, std::int32_t row);
 
-  std::vector<local_points> parts_;
+  parted_points points_;
   std::size_t rows_ = 0;
   int height_bits_ = 0;  // of the number of the highest cell
   cell_columns::parts result_;
@@ -77,10 +77,11 @@ inline void cell_sorter::find_bounds(const execution& exec) {
     }
   };
   std::vector<box> of_group(max_groups);
-  for_each_part(exec, [&](std::size_t group, const local_points& points) {
-    for (const float x : points.x) of_group[group].add(0, x, x);
-    for (const float y : points.y) of_group[group].add(1, y, y);
-    for (const float z : points.z) of_group[group].add(2, z, z);
+  for_each_part(exec, [&](std::size_t group, const parted_points::part& part) {
+    const auto add = [&](std::size_t axis, const unset_vector<float>& values) {
+      for (std::size_t i = part.begin; i < part.end; ++i) of_group[group].add(axis, values[i], values[i]);
+    };
+    add(0, part.points->x), add(1, part.points->y), add(2, part.points->z);
   });
   box all;
   for (const box& b : of_group)
@@ -95,9 +96,9 @@ inline void cell_sorter::find_bounds(const execution& exec) {
 /// Moves the points into rows, in their order; returns where each row begins, and where the last one ends.
 inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& exec) {
   std::vector<std::uint32_t> place(max_groups * rows_, 0), first(rows_ + 1, 0);
-  for_each_part(exec, [&](std::size_t group, const local_points& points) {
+  for_each_part(exec, [&](std::size_t group, const parted_points::part& part) {
     std::uint32_t* counts = place.data() + group * rows_;
-    for (const float y : points.y) ++counts[result_.number(y, 1)];
+    for (std::size_t i = part.begin; i < part.end; ++i) ++counts[result_.number(part.points->y[i], 1)];
   });
   std::uint32_t sum = 0;
   for (std::size_t row = 0; row < rows_; ++row) {
@@ -108,15 +109,16 @@ inline std::vector<std::uint32_t> cell_sorter::sort_into_rows(const execution& e
   first[rows_] = sum;
   local_points& moved = result_.points;
   moved.resize(sum);
-  for_each_part(exec, [&](std::size_t group, local_points& points) {
+  for_each_part(exec, [&](std::size_t group, const parted_points::part& part) {
+    const local_points& points = *part.points;
     std::uint32_t* next = place.data() + group * rows_;
-    for (std::size_t i = 0; i < points.size(); ++i) {
+    for (std::size_t i = part.begin; i < part.end; ++i) {
       const std::uint32_t to = next[result_.number(points.y[i], 1)]++;
       moved.x[to] = points.x[i], moved.y[to] = points.y[i], moved.z[to] = points.z[i];
       moved.index[to] = points.index[i];
     }
-    points = {};
   });
+  points_ = {};
   return first;
 }
 
@@ -188,8 +190,6 @@ inline cell_columns cell_sorter::sorted(const execution& exec) {
 /// share the outermost cells.
 inline cell_columns sort_into_cells(local_points points, double width, const execution& exec = {}) {
   const local_frame frame = points.frame;
-  std::vector<local_points> parts;
-  parts.push_back(std::move(points));
-  return cell_sorter(std::move(parts), frame, width).sorted(exec);
+  return cell_sorter(parted_points(std::move(points)), frame, width).sorted(exec);
 }
 }  // namespace globalmatch::detail

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
@@ -19,10 +20,39 @@
 
 namespace globalmatch::detail {
 
-/// One in so many points of a scan, chunk by chunk.
+/// What one thread sampled of a scan, without what is not finite. Points are near the first one of their
+/// chunk, so that floats tell where.
+class sampled_points {
+ public:
+  void begin_chunk() { is_first_ = true; }
+  void push_back(const vec3& p) {
+    if (!is_finite(p)) return;
+    if (std::exchange(is_first_, false)) chunks_.push_back({p, offsets_.size()});
+    offsets_.push_back(vec3f(p - chunks_.back().first));
+  }
+  /// Calls `visit(p)` for each, in the frame of the scan.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (std::size_t c = 0; c < chunks_.size(); ++c) {
+      const std::size_t end = c + 1 < chunks_.size() ? chunks_[c + 1].begin : offsets_.size();
+      for (std::size_t i = chunks_[c].begin; i < end; ++i) visit(chunks_[c].first + vec3(offsets_[i]));
+    }
+  }
+
+ private:
+  struct chunk {
+    vec3 first;
+    std::size_t begin;  // of its offsets
+  };
+  std::vector<chunk> chunks_;
+  std::vector<vec3f> offsets_;
+  bool is_first_ = true;
+};
+
+/// One in so many points of a scan.
 struct scan_sample {
-  point_index one_in = 16;                       ///< a power of two
-  std::vector<std::vector<vec3>> of_chunk = {};  ///< frame of the scan
+  point_index one_in = 16;  ///< a power of two
+  std::vector<sampled_points> of_thread = {};
 };
 
 /// Heights [m] of a square metre below which points are noise; -infinity where that is not known.
@@ -86,17 +116,17 @@ inline noise_floor find_noise_floor(const scan_sample& sample, const terrain& gr
   const auto square = [&](double x, double y) {
     return std::size_t(y) * std::size_t(floor.columns) + std::size_t(x);
   };
-  for (const auto& chunk : sample.of_chunk)
-    for (const vec3& p : chunk) {
-      const vec3 local = ground.frame.to_local(p);
-      if (!ground.covers(local.x, local.y) || !(local.x < floor.columns && local.y < floor.rows)) continue;
-      std::uint32_t& number = numbers[square(local.x, local.y)];
-      if (number == 0) {
-        number = std::uint32_t(histograms.size());
-        histograms.emplace_back();
-      }
-      histograms[number].add(local.z - ground.interpolated_height(local.x, local.y));
+  const auto count = [&](const vec3& p) {
+    const vec3 local = ground.frame.to_local(p);
+    if (!ground.covers(local.x, local.y) || !(local.x < floor.columns && local.y < floor.rows)) return;
+    std::uint32_t& number = numbers[square(local.x, local.y)];
+    if (number == 0) {
+      number = std::uint32_t(histograms.size());
+      histograms.emplace_back();
     }
+    histograms[number].add(local.z - ground.interpolated_height(local.x, local.y));
+  };
+  for (const sampled_points& points : sample.of_thread) points.for_each(count);
   for (int r = 0; r < floor.rows; ++r)
     for (int c = 0; c < floor.columns; ++c) {
       const height_histogram& here = histograms[numbers[square(c, r)]];

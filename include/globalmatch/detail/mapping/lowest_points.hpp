@@ -9,12 +9,12 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_frame.hpp"
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/per_thread.hpp"
 #include "globalmatch/detail/core/sort_by_key.hpp"
 #include "globalmatch/detail/core/statistics.hpp"
 #include "globalmatch/detail/core/threads.hpp"
@@ -28,6 +28,15 @@
 
 namespace globalmatch::detail {
 
+/// What a thread gathers of a scan.
+struct lowest_gathering {
+  explicit lowest_gathering(double resolution) : minima(resolution) {}
+
+  tiled_minima minima;
+  sampled_points sample;
+  std::size_t points = 0, out_of_range = 0, low = 0;
+};
+
 /// A tile with what all threads found.
 struct gathered_tile {
   tiled_minima::tile* minima = nullptr;
@@ -38,11 +47,11 @@ struct gathered_tile {
 };
 
 /// Merges what threads found, into tiles of some of them; sorted by key.
-inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<tiled_minima>>& rasters,
+inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<lowest_gathering>>& gathered,
                                               const execution& exec) {
   std::vector<tiled_minima::tile*> all;
-  for (const auto& raster : rasters)
-    for (const auto& tile : raster->tiles()) all.push_back(tile.get());
+  for (const auto& own : gathered)
+    all.insert(all.end(), own->minima.tiles().begin(), own->minima.tiles().end());
   std::vector<keyed_place> order(all.size()), spare;
   constexpr auto offset = std::uint64_t(1) << 63;  // negative numbers first
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -64,7 +73,8 @@ inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<
         for (std::size_t k = first[t] + 1; k < first[t + 1]; ++k)
           gathered.minima->take_lower(*all[order[k].place]);
         gathered.lowest = std::numeric_limits<double>::infinity();
-        for (const tiled_minima::lowest& cell : gathered.minima->cells) {
+        for (std::size_t i = 0; i < tiled_minima::cells_a_tile; ++i) {
+          const tiled_minima::lowest cell = (*gathered.minima)[i];
           gathered.occupied += !cell.empty();
           gathered.lowest = std::min(gathered.lowest, cell.z);
         }
@@ -137,7 +147,7 @@ inline lowest_raster make_raster(const std::vector<gathered_tile>& tiles, const 
         const int column = int(tile.at.column - low.column), row = int(tile.at.row - low.row);
         const vec3 corner{column * tile_size, row * tile_size, -bottom};
         for (int i = 0; i < tile_cells * tile_cells; ++i) {
-          const tiled_minima::lowest& lowest = tile.cells[std::size_t(i)];
+          const tiled_minima::lowest lowest = tile[std::size_t(i)];
           if (lowest.empty()) continue;
           raster
               .points[raster.cell(column * tile_cells + i % tile_cells, row * tile_cells + i / tile_cells)] =
@@ -147,35 +157,6 @@ inline lowest_raster make_raster(const std::vector<gathered_tile>& tiles, const 
       16);
   return raster;
 }
-
-/// Rasters that threads borrow: there are no more of them than threads.
-class minima_pool {
- public:
-  explicit minima_pool(double resolution) : resolution_(resolution) {}
-
-  std::unique_ptr<tiled_minima> take() {
-    const std::lock_guard lock(mutex_);
-    if (idle_.empty()) return std::make_unique<tiled_minima>(resolution_);
-    std::unique_ptr<tiled_minima> minima = std::move(idle_.back());
-    idle_.pop_back();
-    return minima;
-  }
-  /// Takes one back, with how many points were read, how many were out of range, and how many too low.
-  void give_back(std::unique_ptr<tiled_minima> minima, std::size_t points, std::size_t out_of_range,
-                 std::size_t low, ground_funnel& funnel) {
-    const std::lock_guard lock(mutex_);
-    funnel.points += points;
-    funnel.low_points += low;
-    funnel.not_finite += out_of_range;
-    idle_.push_back(std::move(minima));
-  }
-  const std::vector<std::unique_ptr<tiled_minima>>& idle() const { return idle_; }
-
- private:
-  double resolution_;
-  std::mutex mutex_;
-  std::vector<std::unique_ptr<tiled_minima>> idle_;
-};
 
 /// Keeps all points of a scan.
 struct keep_all {
@@ -197,36 +178,38 @@ lowest_raster gather_lowest_points(const R& scan, double resolution, const vec3&
       frame.origin = v;  // the first one
       break;
     }
-  minima_pool pool(resolution);
+  per_thread<lowest_gathering> gathered;
+  const point_index index_bits = sample ? sample->one_in - 1 : 0;  // all 0 where sampled
   read_in_chunks(
-      scan, exec, "ground",
-      [&](std::size_t chunks) {
-        if (sample) sample->of_chunk.resize(chunks);
-      },
-      [&](std::size_t chunk, const auto& visit_points) {
-        std::unique_ptr<tiled_minima> minima = pool.take();
+      scan, exec, "ground", [](std::size_t) {},
+      [&](std::size_t, const auto& visit_points) {
+        std::unique_ptr<lowest_gathering> own = gathered.take(resolution);
         std::array<vec3, tiled_minima::batch_size> batch;
-        std::size_t in_batch = 0, points = 0, out_of_range = 0, low = 0;
-        const point_index index_bits = sample ? sample->one_in - 1 : ~point_index(0);  // 0 where sampled
-        std::vector<vec3> sampled(sample ? points_a_chunk / sample->one_in : 1);
-        std::size_t in_sample = 0;
+        std::size_t in_batch = 0, points = 0, low = 0;
+        own->sample.begin_chunk();
         visit_points([&](const vec3& p, point_index i) {
+          ++points;
           if (!keep(p)) {
             ++low;
             return;
           }
-          if ((i & index_bits) == 0) sampled[in_sample++] = p;
+          if (sample && (i & index_bits) == 0) own->sample.push_back(p);
           batch[in_batch++] = frame.to_local(p);
-          if (in_batch < batch.size()) return;
-          out_of_range += minima->add({batch.data(), in_batch});
-          points += std::exchange(in_batch, 0);
+          if (in_batch == batch.size())
+            own->out_of_range += own->minima.add({batch.data(), std::exchange(in_batch, 0)});
         });
-        out_of_range += minima->add({batch.data(), in_batch});
-        sampled.resize(in_sample);
-        if (sample) sample->of_chunk[chunk] = std::move(sampled);
-        pool.give_back(std::move(minima), points + in_batch + low, out_of_range, low, funnel);
+        own->out_of_range += own->minima.add({batch.data(), in_batch});
+        own->points += points;
+        own->low += low;
+        gathered.give_back(std::move(own));
       });
-  return make_raster(merge_tiles(pool.idle(), exec), frame, resolution, funnel, exec);
+  for (auto& own : gathered.all()) {
+    funnel.points += own->points;
+    funnel.low_points += own->low;
+    funnel.not_finite += own->out_of_range;
+    if (sample) sample->of_thread.push_back(std::move(own->sample));
+  }
+  return make_raster(merge_tiles(gathered.all(), exec), frame, resolution, funnel, exec);
 }
 
 }  // namespace globalmatch::detail

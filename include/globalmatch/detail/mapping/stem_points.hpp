@@ -45,7 +45,7 @@ inline void record_spacing(std::vector<float> spacings, stem_map& map) {
 }
 
 /// Stem points by the surfaces through cells. Counts them in the map's funnel.
-inline stem_points stem_points_by_cells(std::vector<local_points> understory, const mapping_options& options,
+inline stem_points stem_points_by_cells(parted_points understory, const mapping_options& options,
                                         stem_map& map, const execution& exec) {
   stem_points found{cell_sorter(std::move(understory), map.terrain.frame, cell_width).sorted(exec), {}};
   const auto surfaces = estimate_surfaces(found.understory, options.verticality, exec);

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -34,16 +33,39 @@ class tiled_minima {
     bool operator==(const key& o) const { return row == o.row && column == o.column; }
     bool operator<(const key& o) const { return row != o.row ? row < o.row : column < o.column; }
   };
-  /// Cells row by row.
-  struct tile {
+  /// Cells row by row, in 16 bytes each: those of a large scan are the most that mapping keeps.
+  class tile {
+   public:
     key at;
-    std::array<lowest, cells_a_tile> cells;
-    std::array<float, cells_a_tile> rounded;  // their heights: most points are decided by these
-    tile() { rounded.fill(std::numeric_limits<float>::infinity()); }
+
+    tile() { heights_.fill(std::numeric_limits<float>::infinity()); }
+    lowest operator[](std::size_t cell) const {
+      const rest_of_lowest& r = rest_[cell];
+      return {double(heights_[cell]) + double(r.height), r.x, r.y};
+    }
+    /// Whether a height is above the one kept, both rounded: most points are decided by this. False for what
+    /// is not a number.
+    bool is_below(std::size_t cell, double z) const { return float(z) > heights_[cell]; }
+    /// Keeps a point in a cell if it is lower; its height to 48 bits.
+    void keep(std::size_t cell, const lowest& p) {
+      const auto rounded = float(p.z);
+      const rest_of_lowest rest{float(p.z - double(rounded)), p.x, p.y};
+      if (!(lowest{double(rounded) + double(rest.height), p.x, p.y} < (*this)[cell])) return;
+      heights_[cell] = rounded;
+      rest_[cell] = rest;
+    }
     void take_lower(const tile& other) {
       for (std::size_t i = 0; i < cells_a_tile; ++i)
-        if (other.cells[i] < cells[i]) cells[i] = other.cells[i];
+        if (const lowest p = other[i]; !p.empty()) keep(i, p);
     }
+
+   private:
+    struct rest_of_lowest {
+      float height = 0;  // what rounding took
+      float x = 0, y = 0;
+    };
+    std::array<float, cells_a_tile> heights_;  // rounded
+    std::array<rest_of_lowest, cells_a_tile> rest_;
   };
 
   explicit tiled_minima(double resolution)
@@ -53,7 +75,7 @@ class tiled_minima {
   tiled_minima(const tiled_minima&) = delete;
   tiled_minima& operator=(const tiled_minima&) = delete;
 
-  const std::vector<std::unique_ptr<tile>>& tiles() const { return tiles_; }
+  const std::vector<tile*>& tiles() const { return tiles_; }
 
   /// False also for what is not a number.
   static bool is_within_range(const vec3& p) {
@@ -71,7 +93,7 @@ class tiled_minima {
     // Without branches, which are unpredictable. What is not a number is no higher than anything.
     for (unsigned i = 0; i < points.size(); ++i) {
       candidates[count] = i;
-      count += !(float(points[i].z) > near_[places[i].tile]->rounded[places[i].cell]);
+      count += !near_[places[i].tile]->is_below(places[i].cell, points[i].z);
     }
     for (std::size_t k = 0; k < count; ++k)
       if (!keep(points[candidates[k]], places[candidates[k]])) ++out_of_range;
@@ -112,11 +134,8 @@ class tiled_minima {
     return true;
   }
   void keep_in(tile& t, std::size_t cell, const vec3& p) const {
-    const lowest candidate{p.z, float(p.x - double(t.at.column) * tile_size_),
-                           float(p.y - double(t.at.row) * tile_size_)};
-    if (!(candidate < t.cells[cell])) return;
-    t.cells[cell] = candidate;
-    t.rounded[cell] = float(p.z);
+    t.keep(cell,
+           {p.z, float(p.x - double(t.at.column) * tile_size_), float(p.y - double(t.at.row) * tile_size_)});
   }
   tile& tile_at(const key& k) {
     std::size_t slot = find(k);
@@ -127,11 +146,17 @@ class tiled_minima {
           slots_[find(tiles_[i]->at)] = static_cast<std::uint32_t>(i + 1);
         slot = find(k);
       }
-      tiles_.push_back(std::make_unique<tile>());
+      tiles_.push_back(&new_tile());
       tiles_.back()->at = k;
       slots_[slot] = static_cast<std::uint32_t>(tiles_.size());
     }
     return *tiles_[slots_[slot] - 1];
+  }
+  /// In blocks of 33 MB, of which only what is used takes memory: allocators return these at once.
+  tile& new_tile() {
+    constexpr std::size_t tiles_a_block = 2048;
+    if (tiles_.size() % tiles_a_block == 0) blocks_.emplace_back().reserve(tiles_a_block);
+    return blocks_.back().emplace_back();
   }
   /// The slot that a tile has, or would take.
   std::size_t find(const key& k) const {
@@ -143,7 +168,8 @@ class tiled_minima {
   }
 
   double per_cell_, tile_size_;
-  std::vector<std::unique_ptr<tile>> tiles_;
+  std::vector<std::vector<tile>> blocks_;
+  std::vector<tile*> tiles_;
   std::vector<std::uint32_t> slots_ =
       std::vector<std::uint32_t>(256, 0);  // hash table: 1 + place in `tiles_`
   tile none_;                              // where no point was yet, and elsewhere

@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "globalmatch/detail/core/local_points.hpp"
+#include "globalmatch/detail/core/per_thread.hpp"
 #include "globalmatch/detail/core/threads.hpp"
 #include "globalmatch/detail/core/visible_ranges.hpp"
 #include "globalmatch/execution.hpp"
@@ -137,7 +139,7 @@ void for_each_in_layer(const point_batch& batch, const terrain& ground, const la
 
 /// Understory points, in a part for each chunk of the scan.
 struct understory_parts {
-  std::vector<local_points> parts;
+  parted_points points;
   std::size_t in_layer = 0;  ///< points, with those that were thinned out
   visible_ranges visible;    ///< from where the scanner stood, if that is known
 };
@@ -179,29 +181,32 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
   if (ground.empty()) return result;
   const layer_limits limits(ground, options, exec);
   const auto min_squared = static_cast<float>(apart * apart);
-  std::vector<std::size_t> in_layer;
-  std::vector<std::vector<ranged_return>> returns;
+  struct gathering {
+    std::unique_ptr<local_points> kept = std::make_unique<local_points>();
+    std::size_t in_layer = 0;
+    std::vector<ranged_return> returns;
+  };
+  per_thread<gathering> gathered;
   std::optional<vec3> scanner_at;
   if (scanner) scanner_at = ground.frame.to_local(vec3::from(*scanner));
   std::optional<return_sampler> sampler;
   read_in_chunks(
       scan, exec, "understory",
       [&](std::size_t chunks) {
-        result.parts.resize(chunks);
-        in_layer.resize(chunks);
-        returns.resize(chunks);
+        result.points.parts.resize(chunks);
         sampler.emplace(scanner_at, chunks * points_a_chunk);
       },
       [&](std::size_t chunk, const auto& visit_points) {
-        local_points kept;
-        kept.reserve(points_a_chunk);
-        std::size_t inside = 0;
+        std::unique_ptr<gathering> own = gathered.take();
+        local_points& kept = *own->kept;
+        const std::size_t before = kept.size();
+        std::size_t in_layer = 0;
         vec3f last(1e9f, 1e9f, 1e9f);
         point_batch batch;
         const auto hand_over = [&] {
-          sampler->add_from(batch, returns[chunk]);
+          sampler->add_from(batch, own->returns);
           for_each_in_layer(batch, ground, limits, options, [&](std::size_t i) {
-            ++inside;
+            ++in_layer;
             const vec3f p = batch[i];
             if ((p - last).squared_norm() < min_squared) return;
             last = p;
@@ -214,13 +219,16 @@ understory_parts select_understory_parts(const R& scan, const terrain& ground,
           if (batch.count == point_batch::capacity) hand_over();
         });
         hand_over();
-        in_layer[chunk] = inside;
-        result.parts[chunk] = kept;  // in no more memory than they take
+        result.points.parts[chunk] = {&kept, before, kept.size()};
+        own->in_layer += in_layer;
+        gathered.give_back(std::move(own));
       });
-  for (const std::size_t count : in_layer) result.in_layer += count;
   if (scanner_at) result.visible.scanner = *scanner_at;
-  for (const auto& of_chunk : returns)
-    for (const ranged_return& seen : of_chunk) result.visible.add(seen);
+  for (auto& own : gathered.all()) {
+    result.points.gathered.push_back(std::move(own->kept));
+    result.in_layer += own->in_layer;
+    for (const ranged_return& seen : own->returns) result.visible.add(seen);
+  }
   return result;
 }
 
@@ -230,6 +238,6 @@ template <point_range R>
 local_points select_understory(const R& scan, const terrain& ground, const understory_options& options = {},
                                const execution& exec = {}) {
   auto layer = select_understory_parts(scan, ground, options, 0, exec);
-  return join_parts(std::move(layer.parts), ground.frame, "understory", exec);
+  return join_parts(std::move(layer.points), ground.frame, "understory", exec);
 }
 }  // namespace globalmatch::detail

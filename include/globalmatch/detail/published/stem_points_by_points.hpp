@@ -48,7 +48,7 @@ inline std::optional<cylinder> fit_by_normals(const cylinder_fitter& fitter, con
 }
 
 /// Stem points by the surfaces through points. Counts them in the map's funnel.
-inline stem_points stem_points_by_points(std::vector<local_points> parts, const mapping_options& options,
+inline stem_points stem_points_by_points(parted_points parts, const mapping_options& options,
                                          stem_map& map, const execution& exec) {
   const local_points understory = join_parts(std::move(parts), map.terrain.frame, "understory", exec);
   local_points thinned = select(understory, thin_by_voxels(understory, options.voxel_size, exec));

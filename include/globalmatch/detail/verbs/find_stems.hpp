@@ -44,13 +44,14 @@ GLOBALMATCH_INLINE stem_map find_stems(ground_model&& ground, understory_parts&&
   // Stem points, by verticality, in clusters
   const auto find_stem_points =
       options.rule == stem_point_rule::points ? &stem_points_by_points : &stem_points_by_cells;
-  const stem_points vertical = find_stem_points(std::move(layer.parts), options, map, exec);
+  stem_points vertical = find_stem_points(std::move(layer.points), options, map, exec);
   const local_points& understory = vertical.understory.points();
 
   // Individual stems: cylinders
   stem_cylinders found =
       find_stem_cylinders(vertical.understory, vertical.clusters, vertical.fitter(), options.stems, exec);
   count_cylinders(vertical.clusters, found, map);
+  vertical.clusters = {};  // of a large scan a tenth of the memory
   map.funnel.likely = drop_unlikely(found, options.min_quality);
 
   // Stem positions: where the axes meet the terrain
