@@ -155,6 +155,21 @@ TEST_CASE("heights that slope while stems fit in plan are wrong heights") {
   CHECK(result.fit.sigma > 0.1);  // the slope is in it
 }
 
+TEST_CASE("a slope within what heights over the same ground have in common is none") {
+  random_source random(22);
+  const scenes::positions stems = stems_of(22);
+  const auto kind_of = [&](double slope, double sigma) {
+    scenes::positions drifting = scenes::noisy(stems, 0.005, random);
+    for (Eigen::Vector3d& p : drifting) p.z() += std::tan(slope) * (p.y() - 12);
+    matched_maps pair(drifting, scenes::moved(truth, stems), with_wrong_height());
+    for (position_set* set : {&pair.source, &pair.target}) set->height_sigma.assign(stems.size(), sigma);
+    return fit_vertical(pair.h, pair.maps, true).fit.kind;
+  };
+  CHECK(kind_of(0.15 * degree, 0) == vertical_kind::sloping);  // 2 cm at the stems
+  CHECK(kind_of(0.15 * degree, 0.1) == vertical_kind::level);  // 4.5 cm in common
+  CHECK(kind_of(2 * degree, 0.1) == vertical_kind::sloping);
+}
+
 TEST_CASE("axes tell the rotation where the ground is flat") {
   random_source random(13);
   scenes::positions flat;

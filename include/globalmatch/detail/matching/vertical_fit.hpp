@@ -70,8 +70,17 @@ class vertical_decision {
   /// [m] of the heights, less their plane if there is one
   double spread() const { return std::min(level_.scale, sloped_.scale); }
 
-  /// Whether the heights differ by a plane beyond doubt.
-  bool is_sloping() const { return sloped_.log_likelihood - level_.log_likelihood > required_gain(); }
+  /// [m^2] of the plane by which the heights differ, at the stems
+  double plane_variance() const {
+    return observations_.plane_variance(transform_, center_, sloped_.parameters[3], sloped_.parameters[4]);
+  }
+
+  /// Whether the heights differ by a plane beyond doubt: more than by what they have in common. Heights that
+  /// the same ground was interpolated for err alike, by planes among others.
+  bool is_sloping() const {
+    return sloped_.log_likelihood - level_.log_likelihood > required_gain() &&
+           plane_variance() > shared_share * shared_variance();
+  }
 
   /// The rotation vector [rad] that residuals in plan and axes ask for beyond doubt, and heights do not
   /// contradict; of those that the heights' plane and the axes propose.
@@ -272,13 +281,7 @@ inline local_vertical_fit fit_vertical(local_hypothesis& h, const matching_conte
   if (slopes) {
     result.fit.kind = vertical_kind::sloping;
     result.fit.tilt = vertical_decision::turn_of(fitted).norm();
-    double squares = 0;  // [m^2] of the heights under their plane
-    for (const correspondence& c : h.correspondences) {
-      const vec3 arm = h.target_from_source * context.source.at[c.source] - result.center;
-      const double above = fitted.parameters[3] * arm.y - fitted.parameters[4] * arm.x;
-      squares += above * above;
-    }
-    variance += squares / count;
+    variance += decision.plane_variance();
   }
   result.fit.sigma = std::sqrt(variance);
   return result;

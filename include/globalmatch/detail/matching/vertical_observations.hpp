@@ -60,6 +60,18 @@ class vertical_observations {
     return sum;
   }
 
+  /// [m^2] mean square at the pairs of a plane through `center` that turns about x and y by small angles
+  /// [rad]
+  double plane_variance(const rigid& transform, const vec3& center, double about_x, double about_y) const {
+    double sum = 0;
+    for (const correspondence& c : pairs_) {
+      const vec3 arm = transform * context_.source.at[c.source] - center;
+      const double above = about_x * arm.y - about_y * arm.x;
+      sum += above * above / double(pairs_.size());
+    }
+    return sum;
+  }
+
   /// Of positions in plan; `tilts`: turns about x and y are parameters, or they are 0.
   observation_kind positions(const rigid& transform, const vec3& center, bool tilts) const {
     observation_kind kind{.dimensions = 2};
