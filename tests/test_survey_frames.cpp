@@ -75,6 +75,23 @@ double plan_error(const survey& s, const survey& before, const Eigen::Isometry3d
 
 }  // namespace
 
+TEST_CASE("a prior is as uncertain as it says, and as its scan is in its component, thrice") {
+  survey s = survey_of(2);
+  s.scans[1].uncertainty->center = s.scans[1].survey_from_scan.translation();
+  s.scans[1].uncertainty->covariance = Eigen::Vector4d(0.04, 0.04, 0.09, 1e-4).asDiagonal();
+  survey_options::prior given;
+  given.scan = 1;
+  given.position = {3, 4, 5};
+  given.sigma_plan = 0.1, given.sigma_height = 0.2, given.yaw = 1, given.sigma_yaw = 0.02;
+  const auto priors = priors_of(s, 0, std::vector{given}, Eigen::Isometry3d::Identity());
+  REQUIRE(priors.size() == 1);
+  CHECK(priors[0].plan_variance == Approx(0.01 + 9 * 0.04));
+  CHECK(priors[0].height_variance == Approx(0.04 + 9 * 0.09));
+  CHECK(priors[0].yaw_variance == Approx(0.0004 + 9 * 1e-4));
+  s.scans[1].uncertainty.reset();
+  CHECK(priors_of(s, 0, std::vector{given}, Eigen::Isometry3d::Identity())[0].plan_variance == Approx(0.01));
+}
+
 TEST_CASE("exact positions give the frame exactly, with all that is in it") {
   random_source random(1);
   const survey before = survey_of(5);

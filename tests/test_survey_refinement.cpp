@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "catch.hpp"
+#include "globalmatch/detail/survey/adjust_to_pairs.hpp"
 #include "globalmatch/survey.hpp"
 #include "made_up_maps.hpp"
 
@@ -162,6 +163,23 @@ TEST_CASE("targets hold two stands together while each is refined") {
   }
   for (const survey::link& l : s.links)
     if (l.targets > 0) CHECK(l.residual < 0.004);
+}
+
+TEST_CASE("trees count by their weight, and targets as much as they are more certain than stems") {
+  survey s;
+  s.scans.resize(2);
+  survey::tree tree;
+  tree.seen = {{.scan = 0, .stem = 3, .weight = 0.7}, {.scan = 1, .stem = 4, .weight = 0.9}};
+  s.trees = {tree};
+  survey::target target;
+  target.seen = {{.scan = 0, .sigma = 0.01, .weight = 0.5}, {.scan = 1, .sigma = 0.02, .weight = 1}};
+  s.targets = {target};
+  const seen_trees seen = levelled_landmarks(s, levelled_survey(s), 0.04);
+  REQUIRE(seen.weights.size() == 4);
+  CHECK(seen.weights[0] == Approx(0.7));
+  CHECK(seen.weights[1] == Approx(0.9));
+  CHECK(seen.weights[2] == Approx(8));
+  CHECK(seen.weights[3] == Approx(4));
 }
 
 TEST_CASE("without icp the ground gives heights, and poses in plan stay") {

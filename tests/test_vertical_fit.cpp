@@ -217,11 +217,15 @@ TEST_CASE("axes that heights contradict, or heights of no ground, are no rotatio
   CHECK(by_heights.fit.is_known());
 
   const Eigen::Isometry3d more_tilted(Eigen::AngleAxisd(10 * degree, Eigen::Vector3d(1, 2, 0).normalized()));
-  scenes::positions of_trees = scenes::moved(more_tilted, flat);
-  for (Eigen::Vector3d& p : of_trees) p.z() += uniform(random, 12, 30);
-  matched_maps trees(of_trees, scenes::moved(truth, flat), truth);
-  give_axes(trees, more_tilted);
-  CHECK_FALSE(fit_vertical(trees.h, trees.maps, true).fit.is_known());
+  for (int k = 0; k < 8; ++k) {  // by chance the heights of some agree better when turned
+    scenes::positions of_trees = scenes::moved(more_tilted, flat);
+    for (Eigen::Vector3d& p : of_trees) p.z() += uniform(random, 12, 30);
+    matched_maps trees(of_trees, scenes::moved(truth, flat), truth);
+    give_axes(trees, more_tilted);
+    const local_vertical_fit by_axes = fit_vertical(trees.h, trees.maps, true);
+    CHECK_FALSE(by_axes.fit.is_known());
+    CHECK(by_axes.fit.kind == vertical_kind::level);
+  }
 }
 
 TEST_CASE("what stems have in common of the uncertainty of their heights does not average out") {
