@@ -146,6 +146,38 @@ TEST_CASE("stems in a line coincide only where they are equal, and many take no 
   CHECK(set.coincident == 100000);
 }
 
+TEST_CASE("points of a scan are refused as stems, by name, and as many stems are not") {
+  random_source random(15);
+  const auto on_square = [&](double side) {
+    positions at = scenes::random_stems(random, 20000, side, side);
+    for (Eigen::Vector3d& p : at) p.z() *= 0.01;  // a flat floor
+    return at;
+  };
+  const auto message = [](const positions& at, const Eigen::Vector3d& up) -> std::string {
+    try {
+      import_positions(at, up, "target");
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const positions scan = on_square(30), bamboo = on_square(85);
+  const std::string refused = message(scan, z_up);
+  CHECK(refused.starts_with("target: 1"));
+  CHECK(refused.find("on a square metre, are points of a scan") != std::string::npos);
+  CHECK(message(bamboo, z_up).empty());
+  const auto turned = [](positions at) {  // y up
+    for (Eigen::Vector3d& p : at) p = {p.x(), p.z(), -p.y()};
+    return at;
+  };
+  CHECK(message(turned(scan), Eigen::Vector3d::UnitY()).find(" on a square metre") != std::string::npos);
+  CHECK(message(turned(bamboo), Eigen::Vector3d::UnitY()).empty());
+  CHECK(message(positions(50000, {3, 4, 5}), z_up).empty());  // one stem, listed often
+  positions row;
+  for (int i = 0; i < 20000; ++i) row.push_back({0.5 * i, 0, 0});
+  CHECK(message(row, z_up).empty());
+}
+
 TEST_CASE("where up is along y stems above each other do not coincide, and equal ones do") {
   const positions stems = {{0, 1, 0}, {0, 5, 0}, {30, 2, 8}, {30, 2, 8}, {12, 0, 30}, {3, 40, 21}};
   const position_set set = import_positions(stems, Eigen::Vector3d::UnitY(), "source");

@@ -124,21 +124,43 @@ inline bool heights_differ(const std::vector<vec3>& at) {
   return heights[heights.size() - 1 - tenth] - heights[tenth] > min_range;
 }
 
+/// Positions to the area of a unit of the coordinates, where the middle of them lies: outliers do not count.
+/// `margin` is added to both sides, so that positions in a line have an area.
+inline double density_of(std::vector<double> x, std::vector<double> y, double margin) {
+  constexpr double of_middle = 0.8 * 0.8;
+  const std::size_t tenth = x.size() / 10, last = x.size() - 1 - tenth;
+  const auto side = [&](std::vector<double>& of) { return nth_smallest(of, last) - nth_smallest(of, tenth); };
+  return of_middle * double(x.size()) / ((side(x) + margin) * (side(y) + margin));
+}
+
+/// Throws `std::invalid_argument` for points of a scan that are given as stems: the search for stems with a
+/// like neighbourhood would take hours. The densest stands, of bamboo, have three stems on a square metre.
+inline void require_stems(const std::vector<vec3>& at, std::string_view name) {
+  constexpr std::size_t max_quick = 10000;       // positions: so many are matched in a second if dense
+  constexpr double max_density = 5, margin = 1;  // [1/m^2], [m]
+  if (at.size() <= max_quick) return;
+  std::vector<double> x, y;
+  for (const vec3& p : at) x.push_back(p.x), y.push_back(p.y);
+  const double density = density_of(std::move(x), std::move(y), margin);
+  if (density <= max_density) return;
+  throw std::invalid_argument(std::string(name) + ": " + std::to_string(at.size()) + " positions, " +
+                              std::to_string(std::llround(density)) +
+                              " on a square metre, are points of a scan, not stems, or not in metres; "
+                              "map_stems finds the stems of a scan, register_scans registers two scans");
+}
+
 /// Leaves out sorted positions that are at the place of one before, and returns how many: a stem that is
 /// listed twice, one of several that share a root, rows without coordinates. The distance [m] follows from
 /// how densely the others stand, as coordinates may be of any unit; z has no say where x and y are
 /// `horizontal`.
 inline std::size_t drop_coincident(std::vector<given_position>& given, bool horizontal) {
-  constexpr double max_distance = 0.15, share_of_spacing = 0.07, of_middle = 0.8 * 0.8;
+  constexpr double max_distance = 0.15, share_of_spacing = 0.07;
   constexpr std::size_t between_polls = 4096;
   if (given.size() < 2) return 0;
-  std::vector<double> of_y;
-  for (const given_position& g : given) of_y.push_back(g.numbers[1]);
-  const std::size_t tenth = given.size() / 10, last = given.size() - 1 - tenth;  // outliers do not count
-  const double depth = nth_smallest(of_y, last) - nth_smallest(of_y, tenth),
-               width = given[last].numbers[0] - given[tenth].numbers[0];
-  const double distance = std::min(
-      max_distance, share_of_spacing * std::sqrt(width * depth / (of_middle * double(given.size()))));
+  std::vector<double> all_x, all_y;
+  for (const given_position& g : given) all_x.push_back(g.numbers[0]), all_y.push_back(g.numbers[1]);
+  const double density = density_of(std::move(all_x), std::move(all_y), 0),
+               distance = std::min(max_distance, share_of_spacing / std::sqrt(density));
   std::size_t kept = 0, first = 0;  // of those that may be near
   for (std::size_t i = 0; i < given.size(); ++i) {
     if (i % between_polls == 0) poll_cancelled();
@@ -162,13 +184,14 @@ inline std::size_t drop_coincident(std::vector<given_position>& given, bool hori
 }
 
 /// Sorts the positions and fills the set with them.
-inline void fill(position_set& set, std::vector<given_position>&& given) {
+inline void fill(position_set& set, std::vector<given_position>&& given, std::string_view name) {
   const auto place = [](const given_position& g) { return vec3{g.numbers[0], g.numbers[1], g.numbers[2]}; };
   std::sort(given.data(), given.data() + given.size());
   set.coincident = drop_coincident(given, set.frame.rotation(2, 2) == 1);
   set.at.reserve(given.size());
   set.original.reserve(given.size());
   for (const given_position& g : given) set.at.push_back(set.frame.rotation * place(g));
+  require_stems(set.at, name);
   set.cell_area = cell_area(set.at);
   if (!given.empty()) set.frame.origin = place(given.front());
   bool has_radii = false;
@@ -189,7 +212,8 @@ inline void fill(position_set& set, std::vector<given_position>&& given) {
 /// Reads the caller's positions, and how uncertain and how thick they are where their type says so
 /// (`point_traits`). `name` ("source", "target") is for messages. A radius that is not positive and finite is
 /// unknown, and so are heights that are all equal. Throws `std::invalid_argument` when a coordinate is not
-/// finite or beyond 1e12 m, or a standard deviation negative or not finite, and `operation_cancelled`.
+/// finite or beyond 1e12 m, a standard deviation negative or not finite, or where more than 10,000 positions
+/// lie as densely as points of a scan, and `operation_cancelled`.
 template <position_range R>
 position_set import_positions(const R& positions, const Eigen::Vector3d& up, std::string_view name,
                               const execution& exec = {}) {
@@ -214,7 +238,7 @@ position_set import_positions(const R& positions, const Eigen::Vector3d& up, std
     detail::add_given(detail::vec3::from(xyz(position)), sigma, radius, name, given);
   }
   if (given.size() > poll_interval) detail::report_progress(exec, "positions", 0.5);
-  detail::fill(set, std::move(given));
+  detail::fill(set, std::move(given), name);
   detail::fill_heights(set, heights);
   return set;
 }
