@@ -22,6 +22,14 @@ py::object as_array(py::handle given, const std::string& name) {
                        " leaves out what is masked, .filled(numpy.nan) lets a scan skip it");
 }
 
+/// Throws where the name of a file is given in place of what is in it.
+void refuse_path(py::handle given, const std::string& name) {
+  if (py::isinstance<py::str>(given) || py::isinstance<py::bytes>(given) || py::hasattr(given, "__fspath__"))
+    throw py::type_error(name +
+                         ": expected an array, got the name of a file; laspy.read(path).xyz reads LAS " +
+                         "and LAZ, plyfile.PlyData.read(path)[\"vertex\"].data reads PLY");
+}
+
 std::string text_of(const py::object& value) {
   return py::cast<std::string>(py::str(value));
 }
@@ -38,6 +46,7 @@ column missing() {
 }  // namespace
 
 columns::columns(py::handle given, std::string name, bool needs_heights) : name_(std::move(name)) {
+  refuse_path(given, name_);
   table_ = py::none();
   if (py::isinstance<py::dict>(given)) {
     table_ = py::reinterpret_borrow<py::object>(given);

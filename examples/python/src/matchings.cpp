@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "arrays.hpp"
+#include "functions.hpp"
 #include "options.hpp"
 #include "results.hpp"
 
@@ -11,7 +12,7 @@ namespace globalmatch::python {
 
 namespace {
 
-matching match_given(const py::object& source, const py::object& target, const py::kwargs& given) {
+matching match_given(const py::object& source, const py::object& target, const py::dict& given) {
   const auto [running, frame, options] = read_options<run_options, frame_options, matching_options>(given);
   columns source_columns(source, "source", false), target_columns(target, "target", false);
   const any_stem_range from = stem_positions(source_columns), to = stem_positions(target_columns);
@@ -164,13 +165,12 @@ void add_matchings(py::module_& module) {
       .def_property_readonly("funnel", [](const matching& m) { return describe(explain(m.funnel)); })
       .def_property_readonly("warnings", [](const matching& m) { return describe(support::warnings_of(m)); })
       .def("__repr__", [](const matching& m) { return represent(m); });
-  module.def(
-      "match_stems", &match_given, py::arg("source"), py::arg("target"),
+  define(
+      module, "match_stems", argument_names<2>{"source", "target"}, &match_given,
       document<run_options, frame_options, matching_options>(
           module, "match_stems",
           "Matches two sets of stem positions: N x 2 or N x 3 arrays, or columns x, y and, where known, z, "
-          "radius, position_sigma, height_sigma, axis_x, axis_y, axis_z.")
-          .c_str());
+          "radius, position_sigma, height_sigma, axis_x, axis_y, axis_z."));
 }
 
 }  // namespace globalmatch::python

@@ -132,6 +132,8 @@ bool ask(const py::object& callback, const progress& at) {
 
 void read_fields(keywords& from, run_options& o) {
   from.read("threads", o.threads).read("progress", o.progress);
+  if (o.threads < 0)
+    throw py::value_error("threads: expected 0 (all) or more, got " + std::to_string(o.threads));
 }
 
 void read_fields(keywords& from, frame_options& o) {

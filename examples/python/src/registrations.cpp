@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "arrays.hpp"
+#include "functions.hpp"
 #include "options.hpp"
 #include "results.hpp"
 
@@ -22,7 +23,7 @@ registration_options options_of(const mapping_options& mapping, const matching_o
 }
 
 mapped_registration register_given_scans(const py::object& source, const py::object& target,
-                                         const py::kwargs& given) {
+                                         const py::dict& given) {
   const auto [running, frame, mapping, matching, fine] =
       read_options<run_options, frame_options, mapping_options, matching_options, registration_icp>(given);
   const columns read_source(source, "source", true), read_target(target, "target", true);
@@ -36,8 +37,12 @@ mapped_registration register_given_scans(const py::object& source, const py::obj
   });
 }
 
-mapped_registration register_given_maps(std::shared_ptr<stem_map> source, std::shared_ptr<stem_map> target,
-                                        const py::kwargs& given) {
+mapped_registration register_given_maps(const py::object& given_source, const py::object& given_target,
+                                        const py::dict& given) {
+  using shared_map = std::shared_ptr<stem_map>;
+  const char* const expected = "a StemMap, as map_stems returns";
+  const auto source = argument_of_class<shared_map>(given_source, "source", expected),
+             target = argument_of_class<shared_map>(given_target, "target", expected);
   const auto [running, matching, fine] = read_options<run_options, matching_options, registration_icp>(given);
   const registration_options options = options_of({}, matching, fine);
   return run(running, [&](const execution& exec) {
@@ -103,17 +108,14 @@ void add_registrations(py::module_& module) {
       .def_property_readonly("vertical", of_matching(&matching::vertical))
       .def_property_readonly("warnings", &warnings_of_all)
       .def("__repr__", [](const result& r) { return represent(r); });
-  module.def(
-      "register_scans", &register_given_scans, py::arg("source"), py::arg("target"),
-      document<run_options, frame_options, mapping_options, matching_options, registration_icp>(
-          module, "register_scans",
-          "Registers two scans, N x 3 coordinates in metres: maps their stems, matches them, refines by ICP.")
-          .c_str());
-  module.def("register_maps", &register_given_maps, py::arg("source").none(false),
-             py::arg("target").none(false),
-             document<run_options, matching_options, registration_icp>(
-                 module, "register_maps", "Registers two mapped scans, as register_scans does.")
-                 .c_str());
+  define(module, "register_scans", argument_names<2>{"source", "target"}, &register_given_scans,
+         document<run_options, frame_options, mapping_options, matching_options, registration_icp>(
+             module, "register_scans",
+             "Registers two scans, N x 3 coordinates in metres: maps their stems, matches them, refines by "
+             "ICP."));
+  define(module, "register_maps", argument_names<2>{"source", "target"}, &register_given_maps,
+         document<run_options, matching_options, registration_icp>(
+             module, "register_maps", "Registers two mapped scans, as register_scans does."));
 }
 
 }  // namespace globalmatch::python

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "arrays.hpp"
+#include "functions.hpp"
 #include "options.hpp"
 #include "results.hpp"
 #include "support/atomic_file.hpp"
@@ -24,7 +25,7 @@ struct stem_row {
 
 namespace {
 
-std::shared_ptr<stem_map> map_scan(const py::object& scan, const py::kwargs& given) {
+std::shared_ptr<stem_map> map_scan(const py::object& scan, const py::dict& given) {
   const auto [running, frame, options] = read_options<run_options, frame_options, mapping_options>(given);
   const columns read(scan, "scan", true);
   const auto points = scan_points(read);
@@ -71,7 +72,9 @@ std::string text_of_path(const py::object& path) {
   return py::cast<std::string>(py::module_::import("os").attr("fspath")(path));
 }
 
-void write_file(const py::object& path, const stem_map& map) {
+void write_file(const py::object& path, const py::object& given, const py::dict& options) {
+  read_options<>(options);
+  const auto& map = argument_of_class<const stem_map&>(given, "map", "a StemMap");
   if (map.cancelled) throw py::value_error("map: it was cancelled, and is not whole");
   try {
     support::atomic_file file(text_of_path(path));
@@ -83,7 +86,8 @@ void write_file(const py::object& path, const stem_map& map) {
   }
 }
 
-std::shared_ptr<stem_map> read_file(const py::object& path) {
+std::shared_ptr<stem_map> read_file(const py::object& path, const py::dict& options) {
+  read_options<>(options);
   std::ifstream in(text_of_path(path), std::ios::binary);
   if (!in) refuse_file(path);
   return std::make_shared<stem_map>(read_stem_map(in).map);
@@ -142,13 +146,12 @@ void add_stem_maps(py::module_& module) {
   PYBIND11_NUMPY_DTYPE(stem_row, x, y, z, radius, radius_sigma, taper, position_sigma, height_sigma, quality,
                        axis_x, axis_y, axis_z, ground_points, points, ground_seen);
   add_class(module);
-  module.def("map_stems", &map_scan, py::arg("scan"),
-             document<run_options, frame_options, mapping_options>(
-                 module, "map_stems", "Maps the stems of a scan, N x 3 coordinates in metres.")
-                 .c_str());
-  module.def("write_stem_map", &write_file, py::arg("path"), py::arg("map"),
-             "Writes a stem map file (docs/stem_map_file.md), with samples: whole, or not at all.");
-  module.def("read_stem_map", &read_file, py::arg("path"), "Reads a stem map file.");
+  define(module, "map_stems", argument_names<1>{"scan"}, &map_scan,
+         document<run_options, frame_options, mapping_options>(
+             module, "map_stems", "Maps the stems of a scan, N x 3 coordinates in metres."));
+  define(module, "write_stem_map", argument_names<2>{"path", "map"}, &write_file,
+         "Writes a stem map file (docs/stem_map_file.md), with samples: whole, or not at all.");
+  define(module, "read_stem_map", argument_names<1>{"path"}, &read_file, "Reads a stem map file.");
 }
 
 }  // namespace globalmatch::python

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "arrays.hpp"
+#include "functions.hpp"
 #include "options.hpp"
 #include "results.hpp"
 
@@ -39,7 +40,7 @@ struct refined_survey : survey {
 
 /// The maps: as they are, or made of positions.
 maps_given read_maps(const py::object& maps) {
-  if (!py::isinstance<py::sequence>(maps) || py::isinstance<py::array>(maps))
+  if (!py::isinstance<py::sequence>(maps) || py::isinstance<py::array>(maps) || py::isinstance<py::str>(maps))
     throw py::type_error("maps: expected a list of stem maps or of positions of stems, got " +
                          py::cast<std::string>(py::str(py::type::of(maps))));
   maps_given result;
@@ -54,7 +55,7 @@ maps_given read_maps(const py::object& maps) {
   return result;
 }
 
-refined_survey register_given(const py::object& maps, const py::kwargs& given) {
+refined_survey register_given(const py::object& maps, const py::dict& given) {
   const auto [running, options] = read_options<run_options, survey_options>(given);
   const maps_given all = read_maps(maps);
   std::vector<std::reference_wrapper<const stem_map>> each;
@@ -64,7 +65,8 @@ refined_survey register_given(const py::object& maps, const py::kwargs& given) {
   });
 }
 
-refined_survey refine_given(const refined_survey& placed, const py::object& maps, const py::kwargs& given) {
+refined_survey refine_given(const py::object& survey, const py::object& maps, const py::dict& given) {
+  const auto& placed = argument_of_class<const refined_survey&>(survey, "survey", "a Survey");
   auto [running, options] = read_options<run_options, refinement_options>(given);
   const maps_given all = read_maps(maps);
   if (all.size() != placed.scans.size())
@@ -265,15 +267,13 @@ void add_surveys(py::module_& module) {
   add_link(module);
   add_pair(module);
   add_survey(module);
-  module.def("register_survey", &register_given, py::arg("maps"),
-             document<run_options, survey_options>(
-                 module, "register_survey",
-                 "Registers any number of stem maps, or of positions as in match_stems, into one frame.")
-                 .c_str());
-  module.def("refine_survey", &refine_given, py::arg("survey"), py::arg("maps"),
-             document<run_options, refinement_options>(
-                 module, "refine_survey", "The survey adjusted to the ground and stem samples of its maps.")
-                 .c_str());
+  define(module, "register_survey", argument_names<1>{"maps"}, &register_given,
+         document<run_options, survey_options>(
+             module, "register_survey",
+             "Registers any number of stem maps, or of positions as in match_stems, into one frame."));
+  define(module, "refine_survey", argument_names<2>{"survey", "maps"}, &refine_given,
+         document<run_options, refinement_options>(
+             module, "refine_survey", "The survey adjusted to the ground and stem samples of its maps."));
 }
 
 }  // namespace globalmatch::python

@@ -1,4 +1,7 @@
 """Points may lie in arrays of any kind; what does not fit is refused by its name."""
+import inspect
+import pathlib
+
 import globalmatch
 import numpy as np
 import pandas
@@ -134,6 +137,53 @@ def test_what_is_no_scan_is_refused_by_its_name(given, error, message):
         globalmatch.register_scans(given, points)
     with pytest.raises(error, match=message.replace("source", "target")):
         globalmatch.register_scans(points, given)
+
+
+@pytest.mark.parametrize("path", ["a.laz", b"a.laz", pathlib.Path("a.laz")])
+def test_the_name_of_a_file_is_no_array(path):
+    with pytest.raises(TypeError, match=r"scan: expected an array, .*laspy.read\(path\).xyz"):
+        globalmatch.map_stems(path)
+    with pytest.raises(TypeError, match=r"target: expected an array, got the name of a file"):
+        globalmatch.match_stems(points, path)
+    with pytest.raises(TypeError, match=r"maps\[0\]: expected an array, got the name of a file"):
+        globalmatch.register_survey([path])
+
+
+def test_points_of_a_scan_are_no_stems():
+    scan = np.random.default_rng(1).uniform(0, 20, (20000, 3))
+    for call, name in [
+        (lambda: globalmatch.match_stems(scan, points), "source"),
+        (lambda: globalmatch.match_stems(points, scan[:, :2]), "target"),
+        (lambda: globalmatch.register_survey([scan, scan]), "map 0"),
+    ]:
+        with pytest.raises(ValueError, match=f"{name}: 1.* are points of a scan, not stems.*map_stems finds"):
+            call()
+
+
+@pytest.mark.parametrize(
+    "call, message",
+    [
+        (lambda: globalmatch.map_stems(), "map_stems: the argument scan is missing"),
+        (lambda: globalmatch.match_stems(points), "match_stems: the argument target is missing"),
+        (lambda: globalmatch.match_stems(target=points), "match_stems: the argument source is missing"),
+        (lambda: globalmatch.match_stems(points, points, 4), "match_stems: got 3 arguments by place, takes 2"),
+        (lambda: globalmatch.register_scans(points, source=points), "register_scans: source is given twice"),
+        (lambda: globalmatch.register_maps(points, None), "source: expected a StemMap, .* got ndarray"),
+        (lambda: globalmatch.refine_survey(None, []), "survey: expected a Survey, got NoneType"),
+        (lambda: globalmatch.write_stem_map("map", points), "map: expected a StemMap, got ndarray"),
+        (lambda: globalmatch.read_stem_map("map", threads=2), "there is no argument threads"),
+        (lambda: globalmatch.register_survey("map"), "maps: expected a list of stem maps"),
+    ],
+)
+def test_wrong_calls_are_refused_in_a_line(call, message):
+    with pytest.raises(TypeError, match=message) as refused:
+        call()
+    assert "\n" not in str(refused.value)
+
+
+def test_functions_say_how_they_are_called():
+    assert str(inspect.signature(globalmatch.match_stems)) == "(source, target, **options)"
+    assert globalmatch.map_stems.__doc__.startswith("Maps the stems of a scan")
 
 
 def test_what_is_said_of_masks_helps(scans, stems):

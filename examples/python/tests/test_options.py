@@ -95,7 +95,7 @@ def test_a_prior_is_a_matrix_with_sigmas(stems):
         ({"prior_sigma_yaw": 1}, ValueError, "prior_sigma_yaw: it needs a prior"),
         ({"up": (0, 1)}, TypeError, "up: expected three numbers"),
         ({"up": (0, 0, 0)}, ValueError, "up must be"),
-        ({"threads": -1}, ValueError, "threads"),
+        ({"threads": -1}, ValueError, "^threads: expected 0 .all. or more, got -1"),
         ({"threads": 1.5}, TypeError, "threads: expected an integer, got 1.5"),
         ({"progress": 1}, TypeError, "progress: expected a function, got 1"),
     ],
