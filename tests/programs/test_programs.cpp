@@ -10,6 +10,7 @@
 #include "catch.hpp"
 #include "globalmatch/detail/core/random.hpp"
 #include "programs/program_run.hpp"
+#include "support/build_record.hpp"
 #include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
 #include "support/temporary_directory.hpp"
@@ -55,6 +56,20 @@ void check_record(const temporary_directory& directory, const nlohmann::json& re
 }  // namespace
 
 using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
+
+TEST_CASE("each program says which version it is, and does nothing else") {
+  const temporary_directory directory;
+  for (const std::string program : {"scan_info", "map_stems", "match_stems", "register_scans",
+                                    "register_survey", "evaluate_registration"}) {
+    INFO(program);
+    const run asked = call(directory, program, "--version");
+    CHECK(asked.status == 0);
+    CHECK(asked.complaint.empty());
+    CHECK_THAT(bytes_of(directory / "stdout.log"),
+               StartsWith(program + " of globalmatch " + this_build().version + ", "));
+  }
+}
 
 TEST_CASE("match_stems writes the matrix from source to target and ends in status 0") {
   const temporary_directory directory;

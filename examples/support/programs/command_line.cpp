@@ -2,6 +2,7 @@
 
 #include <globalmatch/registration.hpp>
 
+#include "support/build_record.hpp"
 #include "support/transform_files.hpp"
 
 #include <exception>
@@ -154,6 +155,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
     std::cerr << app.get_name() << ": " << message << '\n';
     return unusable_input;
   };
+  app.set_version_flag("--version", app.get_name() + " of globalmatch " + this_build().name(),
+                       "version, commit and compiler of this build, and exit");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

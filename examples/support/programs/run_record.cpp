@@ -57,7 +57,8 @@ json describe_run(const CLI::App& app, const std::vector<std::string>& command, 
   const build_record build = this_build();
   json options = json::object();
   for (const CLI::Option* option : app.get_options())
-    if (const std::string name = option->get_single_name(); name != "help") options[name] = value_of(*option);
+    if (const std::string name = option->get_single_name(); name != "help" && name != "version")
+      options[name] = value_of(*option);
   return {{"seconds", clock.seconds()},
           {"stages", clock.stages()},
           {"globalmatch",
