@@ -61,6 +61,7 @@ class View {
     this.scene = new Scene();
     this.scans = data.scans.map(pointsOf);
     this.scans.forEach((points) => this.scene.add(points));
+    this.swatches = data.scans.map(() => element("span", { class: "swatch" }));
     this.canvas = element("canvas", {
       tabindex: "0", role: "application",
       "aria-label": "Points of the understory in space. Arrow keys turn the view, plus and minus zoom.",
@@ -144,9 +145,8 @@ class View {
     const list = scans.appendChild(element("div", this.scans.length > 12
       ? { class: "many", tabindex: "0", role: "group", "aria-label": "Scans" } : {}));
     this.data.scans.forEach((scan, i) => {
-      const swatch = element("span", { class: "swatch", style: `background:${scan.colour}` });
       const show = (isShown) => { this.scans[i].visible = isShown; this.draw(); };
-      list.append(choice("checkbox", "scan", scan.name, true, show, swatch), " ");
+      list.append(choice("checkbox", "scan", scan.name, true, show, this.swatches[i]), " ");
     });
     const colour = element("fieldset", {}, element("legend", {}, "Colour by"),
       choice("radio", "colour", "scan", true, () => this.paint(false)),
@@ -160,13 +160,14 @@ class View {
     return element("div", { class: "tools" }, scans, colour, element("div", {}, ...buttons));
   }
 
-  /** Colours of points and background. */
+  /** Colours of points, of the dots beside their names, and of the background. */
   paint(byHeight = this.byHeight) {
     this.byHeight = byHeight;
     this.renderer.setClearColor(this.dark.matches ? 0x0c0f12 : 0xffffff);
     this.scans.forEach((points, i) => {
       const own = new Color(this.data.scans[i].colour);
       if (this.dark.matches) own.lerp(new Color(0xffffff), 0.1);
+      this.swatches[i].style.background = own.getStyle();
       points.material.color.copy(byHeight ? new Color(0xffffff) : own);
       points.material.vertexColors = Boolean(byHeight);
       points.material.needsUpdate = true;

@@ -34,6 +34,12 @@ TEST_CASE("the page of a survey of stem maps names what was placed, and what was
   CHECK_THAT(page, Contains("<section class=\"trust partial\"") && Contains("3 of 4 scans are placed") &&
                        Contains("a&lt;b&gt;, because") && !Contains("<b>") && Contains("<svg") &&
                        Contains("stem maps alone hold no points"));
+  CHECK_THAT(page, Contains("a&lt;b&gt;</th><td>placed alone</td>") &&
+                       Contains("a&lt;b&gt;: placed alone in component 2") && !Contains("placed_alone") &&
+                       !Contains("component 0"));
+  CHECK_THAT(page, Contains("<td>the reference</td>") &&
+                       Contains("standard errors against the reference, s") &&
+                       Contains("<h2 id=\"poses_heading\">"));
   REQUIRE(call(directory, "register_survey",
                "--stem-maps s1.csv s2.csv s3.csv --out-dir out --report report.html")
               .status == 0);

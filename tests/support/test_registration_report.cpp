@@ -118,6 +118,9 @@ TEST_CASE("a good registration is trusted, with the numbers of the JSON") {
                             counted(report["source"]["stems"].get<std::size_t>()) + " and "));
   CHECK_THAT(page, Contains(as_percentage(report["probability"].get<double>())));
   CHECK_THAT(page, Contains(counted(1234567)));
+  REQUIRE(report["hypotheses"].size() == 1);
+  CHECK_THAT(page, Contains("There is no other that the stems speak for") && !Contains("Other hypotheses"));
+  CHECK_THAT(page, Contains("<code>min_quality</code>") && !Contains("`"));
   for (const auto& number : report["target_from_source"]) CHECK_THAT(page, Contains(number.dump()));
   const auto& u = *pair.result.matching.uncertainty;
   CHECK_THAT(page, Contains(as_length(horizontal_error(u, u.center))));
@@ -127,9 +130,9 @@ TEST_CASE("an ambiguous registration is not trusted, and its hypotheses are comp
   const std::string page = ambiguous_pair().page();
   CHECK_THAT(page, Contains("<section class=\"trust none\"") && Contains("<title>&#10007; ") &&
                        Contains("Ambiguous: do not use it") && Contains("two do as well") &&
-                       Contains("48.0 %"));
+                       Contains("48.0 %") && Contains("Probability that the best hypothesis is right"));
   CHECK(count(page, "type=\"radio\" name=\"shown\"") == 2);
-  CHECK_THAT(page, Contains("Hypothesis 2") && !Contains("Result:"));
+  CHECK_THAT(page, Contains("Hypothesis 2") && !Contains("Result:") && !Contains("There is no other"));
 }
 
 TEST_CASE("a failed registration has its reason on top, and no points that nothing places") {
@@ -137,8 +140,8 @@ TEST_CASE("a failed registration has its reason on top, and no points that nothi
   REQUIRE(pair.result.outcome == outcome::not_registered);
   const std::string page = pair.page();
   CHECK_THAT(page, Contains("<section class=\"trust none\"") && Contains("there is no result to use") &&
-                       Contains(text_cell(pair.result.reason).markup) && !Contains("<script"));
-  CHECK(page.find(text_cell(pair.result.reason).markup) < page.find("<nav"));
+                       Contains(prose_cell(pair.result.reason).markup) && !Contains("<script"));
+  CHECK(page.find(prose_cell(pair.result.reason).markup) < page.find("<nav"));
 }
 
 TEST_CASE("maps without stems are reported, too") {
@@ -158,6 +161,13 @@ TEST_CASE("a height that is not known limits the trust, and ends it where it is 
   CHECK_THAT(pair.page(), Contains("trust the position, not the height") && Contains("no ground in common"));
 }
 
+TEST_CASE("names between backticks are code, and single backticks are kept") {
+  CHECK(prose_cell("is `up` right, `a<b` too?").markup ==
+        "is <code>up</code> right, <code>a&lt;b</code> too?");
+  CHECK(prose_cell("a ` alone").markup == "a ` alone");
+  CHECK(prose_cell("").markup.empty());
+}
+
 TEST_CASE("names and options are escaped wherever they stand") {
   const std::string page = made_pair(1).page("</title><script>alert(1)</script>\".ply");
   CHECK(count(page, "alert(1)") > 2);
@@ -173,7 +183,8 @@ TEST_CASE("a page has its pictures and numbers in itself, and asks for nothing e
                        !Contains("@import") && !Contains("url("));
   const std::string before_script = page.substr(0, page.find("<script"));
   CHECK_THAT(before_script, Contains("</main>") && !Contains("nan") && !Contains("inf\""));
-  CHECK_THAT(page, Contains("needs JavaScript") || Contains("made without GLOBALMATCH_REPORT_3D"));
+  CHECK_THAT(page, Contains("needs JavaScript") ||
+                       Contains("<code>cmake -S . -B build/release -DGLOBALMATCH_REPORT_3D=ON</code>"));
 }
 
 TEST_CASE("the view has points of both scans where this build has one, and stays small") {

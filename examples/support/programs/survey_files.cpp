@@ -165,6 +165,12 @@ std::string reference_of(const survey& result, const std::vector<std::string>& n
   return "";
 }
 
+std::string in_words(const std::string& status) {
+  std::string words = status;
+  std::replace(words.begin(), words.end(), '_', ' ');
+  return words;
+}
+
 void fill_statuses(std::vector<survey_row>& rows, const survey& result) {
   for (survey_row& row : rows) {
     if (!row.scan) continue;
@@ -178,7 +184,8 @@ bool report_unplaced(const std::vector<survey_row>& rows, const survey& result) 
   for (const survey_row& row : rows) {
     if (row.status == "placed") continue;
     all_placed = false;
-    std::cerr << row.name << ": " << row.status << (row.reason.empty() ? "" : ", ") << row.reason << '\n';
+    std::cerr << row.name << ": " << in_words(row.status) << (row.reason.empty() ? "" : ", ") << row.reason
+              << '\n';
   }
   return all_placed;
 }

@@ -54,6 +54,9 @@ std::string recorded_reference(const std::filesystem::path& report);
 /// The scan that the poses of the component of most scans refer to; empty where none was placed.
 std::string reference_of(const survey& result, const std::vector<std::string>& names);
 
+/// As people read it: "placed alone" for `placed_alone`.
+std::string in_words(const std::string& status);
+
 /// Status and reason of the inputs that are scans of the survey.
 void fill_statuses(std::vector<survey_row>& rows, const survey& result);
 

@@ -51,6 +51,30 @@ struct page {
   }
 };
 
+/// What dots and lines stand for, each beside one of them.
+void draw_key(std::ostream& out) {
+  constexpr double text_y = 60, middle = text_y - 5, sample = 24, gap = 8;
+  const auto explain = [&](double x, std::string_view text) {
+    draw_text(out, x + sample + gap, text_y, text, {.colour = pale_ink});
+  };
+  begin_filled(out, scan_colour, 1);
+  draw_circle(out, {margin + sample - 5, middle}, 5);
+  end_group(out);
+  explain(margin, "scan");
+  begin_filled(out, pale_ink);
+  draw_circle(out, {margin + 100 + sample - 2, middle}, 1.6);
+  end_group(out);
+  explain(margin + 100, "tree");
+  const auto draw_link = [&](double x, std::string_view colour, std::string_view text) {
+    begin_hollow(out, colour, 2.4);
+    draw_line(out, {x, middle}, {x + sample, middle});
+    end_group(out);
+    explain(x, text);
+  };
+  draw_link(margin + 190, good_colour, "link within 5 cm of the adjusted poses");
+  draw_link(margin + 510, bad_colour, "link that is further off");
+}
+
 void draw_trees(std::ostream& out, const survey& result, const page& at) {
   for (const bool several : {false, true}) {
     begin_filled(out, several ? pale_ink : tree_colour);
@@ -102,9 +126,9 @@ std::vector<std::string> lines_of_others(const std::vector<survey_row>& rows, co
   std::vector<std::string> lines;
   for (const survey_row& row : rows) {
     if (row.scan && result.scans[*row.scan].component == 0) continue;
-    std::string text = row.name + ": " + row.status;
+    std::string text = row.name + ": " + in_words(row.status);
     if (row.scan && result.scans[*row.scan].component > 0)
-      text += " in component " + std::to_string(result.scans[*row.scan].component);
+      text += " in component " + std::to_string(result.scans[*row.scan].component + 1);
     if (!row.reason.empty()) text += ", " + row.reason;
     for (const std::string& line : wrapped(text, width)) lines.push_back(line);
   }
@@ -125,9 +149,7 @@ void draw_survey_picture(std::ostream& out, const std::vector<survey_row>& rows,
   begin_picture(out, panel_width + 2 * margin, below + line_height * double(others.size() + 1),
                 summary(rows, result), "Scans, links between them and trees, seen from above");
   draw_text(out, margin, 36, summary(rows, result), {.size = 20, .weight = "bold"});
-  draw_text(out, margin, 60,
-            "scans (blue), links in use (green; orange: more than 5 cm from the adjusted poses), trees",
-            {.colour = pale_ink});
+  draw_key(out);
   std::ostringstream scale;
   scale << std::fixed << std::setprecision(0) << (at.high - at.low).x() << " m by " << (at.high - at.low).y()
         << " m";

@@ -27,6 +27,10 @@ struct html_page {
 
 /// Whether this build has a 3-D view.
 bool has_view_3d();
+/// What a page says in its place.
+inline constexpr std::string_view no_view_3d =
+    "This build has none. Where npm is installed, `cmake -S . -B build/release -DGLOBALMATCH_REPORT_3D=ON` "
+    "and then `cmake --build build/release` make programs whose reports have it.";
 
 /// Writes the page whole or not at all. All is in it: style, pictures, points and the script of the view,
 /// which is the only one; it asks for nothing from a network. Throws `file_error`.

@@ -45,6 +45,19 @@ html_cell text_cell(std::string_view text) {
   return {escaped(text)};
 }
 
+html_cell prose_cell(std::string_view text) {
+  const std::string safe = escaped(text);
+  std::string markup;
+  for (std::size_t at = 0; at < safe.size();) {
+    const std::size_t opened = safe.find('`', at), closed = safe.find('`', opened + 1);
+    if (opened == std::string::npos || closed == std::string::npos) return {markup + safe.substr(at)};
+    markup +=
+        safe.substr(at, opened - at) + "<code>" + safe.substr(opened + 1, closed - opened - 1) + "</code>";
+    at = closed + 1;
+  }
+  return {markup};
+}
+
 html_cell number_cell(std::string_view text) {
   return {escaped(text), true};
 }
@@ -89,13 +102,13 @@ std::string html_table::markup() const {
 }
 
 std::string paragraph(std::string_view text) {
-  return "<p>" + escaped(text) + "</p>\n";
+  return "<p>" + prose_cell(text).markup + "</p>\n";
 }
 
 std::string bullet_list(const std::vector<std::string>& lines) {
   if (lines.empty()) return "";
   std::string items;
-  for (const std::string& line : lines) items += "<li>" + escaped(line) + "</li>\n";
+  for (const std::string& line : lines) items += "<li>" + prose_cell(line).markup + "</li>\n";
   return "<ul>\n" + items + "</ul>\n";
 }
 

@@ -27,6 +27,8 @@ struct html_cell {
 };
 
 html_cell text_cell(std::string_view text);
+/// Of sentences: names between backticks are set as code.
+html_cell prose_cell(std::string_view text);
 html_cell number_cell(std::string_view text);
 /// A bar that is filled to this share, which must be beside the number that it shows.
 html_cell bar_cell(double share);
@@ -45,10 +47,10 @@ class html_table {
   std::vector<bool> has_numbers_;  // of each column
 };
 
-/// "<p>...</p>"
+/// "<p>...</p>", of sentences
 std::string paragraph(std::string_view text);
 
-/// A list, empty where it has no lines.
+/// A list of sentences, empty where there are none.
 std::string bullet_list(const std::vector<std::string>& lines);
 
 /// What is shown when its summary is chosen, and printed always.

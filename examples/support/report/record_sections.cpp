@@ -28,7 +28,7 @@ std::string funnel_table(std::string_view caption, const json& funnel) {
     const auto in = step["input_count"].get<std::size_t>(), out = step["output_count"].get<std::size_t>();
     table.add({text_cell(plain(step["step"])), number_cell(counted(in)), text_cell(plain(step["input"])),
                number_cell(counted(out)), text_cell(plain(step["output"])),
-               text_cell(plain(step["dropped_because"]))});
+               prose_cell(plain(step["dropped_because"]))});
   }
   return table.markup();
 }

@@ -88,11 +88,12 @@ html_section hypotheses_section(const json& report) {
                number_cell(rounded_to(1, 100 * h["inlier_threshold"].get<double>())),
                number_cell(rounded_to(1, h["log10_nfa"].get<double>())),
                text_cell(h["evidence_source"].get<std::string>())});
-  html_section section{"hypotheses", "Other hypotheses", ""};
+  html_section section{"hypotheses", "Hypotheses", ""};
   section.markup = rank == 0 ? paragraph("No transform was found that pairs stems.")
-                             : paragraph(
-                                   "NFA is the number of false alarms, of transforms expected to do as well "
-                                   "if the scans had nothing in common: the lower, the better.") +
+                             : paragraph((rank == 1 ? "There is no other that the stems speak for. " : "") +
+                                         std::string("NFA is the number of false alarms, of transforms "
+                                                     "expected to do as well if the scans had nothing in "
+                                                     "common: the lower, the better.")) +
                                    table.markup();
   return section;
 }
@@ -181,7 +182,7 @@ void add_points(html_page& page, const reported_pair& pair) {
     page.without_view = "There is none, because nothing places the scans beside each other.";
     return;
   }
-  if (!has_view_3d()) page.without_view = "This build has none: it was made without GLOBALMATCH_REPORT_3D.";
+  if (!has_view_3d()) page.without_view = no_view_3d;
   const std::size_t wanted = has_view_3d() ? max_points : 0;
   std::optional<vertical_section> across;
   if (is_registered) across = section_through(pair.upright_target, pair.shown[0]);

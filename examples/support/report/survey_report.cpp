@@ -47,8 +47,9 @@ html_section plan_section(const survey_work& work, const survey& result) {
   std::ostringstream picture;
   picture.imbue(std::locale::classic());
   draw_survey_picture(picture, work.rows, result);
-  return {"plan", "Scans and links",
-          figure(picture.str(), "The component of most scans, seen from above; the others are named below.")};
+  return {
+      "plan", "Scans and links",
+      figure(picture.str(), "Component 1, that of most scans, seen from above; the others are named below.")};
 }
 
 html_section missing_section(const survey_work& work, const survey& result) {
@@ -58,33 +59,59 @@ html_section missing_section(const survey_work& work, const survey& result) {
   for (const survey_row& row : by_name(work.rows)) {
     if (row.scan && result.scans[*row.scan].component == 0) continue;
     has_any = true;
-    table.add({text_cell(row.name), text_cell(row.status), text_cell(row.reason)});
+    table.add({text_cell(row.name), text_cell(in_words(row.status)), text_cell(row.reason)});
   }
   section.markup = has_any ? table.markup() : paragraph("None: all scans are placed.");
   return section;
 }
 
 html_section scans_section(const survey_work& work, const survey& result) {
+  const std::string reference = reference_of(result, work.names);
   html_table table("Scans, their expected errors, and how far their stems are from the trees of the others",
-                   {"scan", "status", "part", "links", "in plan [cm]", "height [cm]", "turn [deg]",
+                   {"scan", "status", "component", "links", "in plan [cm]", "height [cm]", "turn [deg]",
                     "check, median [cm]", "check, worst [cm]"});
   for (const survey_row& row : by_name(work.rows)) {
     if (!row.scan || result.scans[*row.scan].component < 0) continue;
     const survey::scan& scan = result.scans[*row.scan];
-    std::vector<html_cell> cells = {text_cell(row.name), text_cell(row.status),
-                                    number_cell(std::to_string(scan.component + 1)),
-                                    number_cell(counted(scan.links))};
+    const bool is_reference = row.name == reference;
+    std::vector<html_cell> cells = {
+        text_cell(row.name), text_cell(is_reference ? "the reference" : in_words(row.status)),
+        number_cell(std::to_string(scan.component + 1)), number_cell(counted(scan.links))};
     for (html_cell& cell : cells_of_errors(scan)) cells.push_back(std::move(cell));
     cells.push_back(cell_of_cm(scan.check_median));
     cells.push_back(cell_of_cm(scan.check_worst));
     table.add(cells);
   }
+  return {"scans", "Agreement by scan",
+          paragraph((reference.empty() ? "Errors are standard errors in the frame that is given. "
+                                       : "Errors are standard errors against the reference, " + reference +
+                                             ", which has none by definition. ") +
+                    "The check places each half of a scan's "
+                    "stems by the other half, so that no stem had a say in its own place; it needs eight "
+                    "shared stems.") +
+              table.markup()};
+}
+
+/// As poses.csv has them.
+html_section poses_section(const survey_work& work, const survey& result) {
+  html_table table("Poses: survey from scan, p_survey = R(q) p + t",
+                   {"scan", "component", "tx [m]", "ty [m]", "tz [m]", "qx", "qy", "qz", "qw"});
+  for (const survey_row& row : by_name(work.rows)) {
+    if (!row.scan || result.scans[*row.scan].component < 0) continue;
+    const survey::scan& scan = result.scans[*row.scan];
+    const Eigen::Vector3d t = scan.survey_from_scan.translation();
+    Eigen::Quaterniond q(scan.survey_from_scan.linear());
+    if (q.w() < 0) q.coeffs() *= -1;
+    std::vector<html_cell> cells = {text_cell(row.name), number_cell(std::to_string(scan.component + 1))};
+    for (const double metres : {t.x(), t.y(), t.z()}) cells.push_back(number_cell(rounded_to(4, metres)));
+    for (const double part : {q.x(), q.y(), q.z(), q.w()}) cells.push_back(number_cell(rounded_to(8, part)));
+    table.add(cells);
+  }
   return {
-      "scans", "Agreement by scan",
-      paragraph("Errors are standard errors against the reference. The check places each half of a scan's "
-                "stems by the other half, so that no stem had a say in its own place; it needs eight "
-                "shared stems.") +
-          table.markup()};
+      "poses", "Poses",
+      paragraph("Files have them with all digits: poses.csv, and a matrix of each scan in T_NAME.txt. They "
+                "count components from 0.") +
+          folded("All poses", table.markup())};
 }
 
 html_section links_section(const survey_work& work, const survey& result) {
@@ -128,7 +155,7 @@ void add_view(html_page& page, const survey_command& command, const survey_work&
   else if (count < 2)
     page.without_view = "There is none, because no scans are placed beside each other.";
   else if (!has_view_3d())
-    page.without_view = "This build has none: it was made without GLOBALMATCH_REPORT_3D.";
+    page.without_view = no_view_3d;
   if (!page.without_view.empty()) return;
   const auto opener = std::make_shared<scan_opener>(command.options.for_reading());
   const survey_mapper maps(command.out_dir / "maps", command.options, true);
@@ -158,13 +185,10 @@ void write_survey_report(const survey_command& command, const survey_work& work,
   html_page page;
   page.title = "Survey of " + counted(work.rows.size()) + " scans";
   page.trust = trust_in(work.rows, result);
-  page.sections = {plan_section(work, result),
-                   missing_section(work, result),
-                   scans_section(work, result),
-                   links_section(work, result),
-                   warnings_section(warning_lines_of(report)),
-                   times_section(report),
-                   record_section(report)};
+  page.sections = {plan_section(work, result),  missing_section(work, result),
+                   scans_section(work, result), links_section(work, result),
+                   poses_section(work, result), warnings_section(warning_lines_of(report)),
+                   times_section(report),       record_section(report)};
   page.made_by = made_by("register_survey", report);
   add_view(page, command, work, result);
   write_html_page(command.picture, page);

@@ -136,10 +136,12 @@ trust_statement trust_in(const registration& result, bool needs_height) {
   trust_statement trust =
       result.outcome == outcome::registered ? of_registered(result, needs_height) : of_none(result);
   const bool has_hypothesis = !result.matching.hypotheses.empty();
-  trust.figures.insert(trust.figures.begin(),
-                       {has_hypothesis ? "Probability that it is right" : "Probability",
-                        has_hypothesis ? as_percentage(result.matching.probability) : "none",
-                        result.outcome == outcome::registered ? "" : "of the best hypothesis"});
+  trust.figures.insert(
+      trust.figures.begin(),
+      {!has_hypothesis                         ? "Probability"
+       : result.outcome == outcome::registered ? "Probability that it is right"
+                                               : "Probability that the best hypothesis is right",
+       has_hypothesis ? as_percentage(result.matching.probability) : "none"});
   trust.figures.push_back({"Stems matched", stems_matched(result.matching), "of source and target"});
   return trust;
 }
