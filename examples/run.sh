@@ -33,7 +33,7 @@ echo "Simulating two scans ..."
 "$programs/simulate_plot" . "${plot[@]}"
 echo "Registering scan_2 with scan_1 ..."
 "$programs/register_scans" scan_2.ply scan_1.ply \
-  --out T.txt --write merged.ply --report plan.svg --json registration.json
+  --out T.txt --write merged.ply --report report.html --json registration.json
 echo "Errors against the truth:"
 "$programs/evaluate_registration" T.txt --source-pose pose_2.txt --target-pose pose_1.txt --scan scan_2.ply
 
@@ -41,6 +41,6 @@ cat <<TXT
 In $PWD:
   T.txt              the transform from scan_2 to scan_1
   merged.ply         both scans in the frame of scan_1, one colour each
-  plan.svg           both stem maps, before and after
+  report.html        whether to trust it, and both stem maps before and after: open it in a browser
   registration.json  counts and times
 TXT
