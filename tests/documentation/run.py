@@ -30,7 +30,7 @@ import tempfile
 root = os.path.realpath(os.path.join(os.path.dirname(__file__), "..", ".."))
 
 # Names of `needs` for C++, and their packages of pkg-config.
-libraries = {"PCL": "pcl_common", "Open3D": "Open3D"}
+libraries = {"PCL": "pcl_io", "Open3D": "Open3D"}
 
 
 @dataclasses.dataclass
@@ -87,11 +87,11 @@ def run(command, folder, name, programs=None, **options):
     return done.stdout
 
 
-def flags_of(library):
-    """What g++ needs for it, or None where it is not installed, as far as pkg-config knows."""
+def flags_of(library, what):
+    """What g++ needs for it, to compile (--cflags) or to link (--libs); None where pkg-config knows of none."""
     if not shutil.which("pkg-config"):
         return None
-    found = subprocess.run(["pkg-config", "--cflags", libraries[library]], capture_output=True, text=True)
+    found = subprocess.run(["pkg-config", what, libraries[library]], capture_output=True, text=True)
     if found.returncode != 0:
         return None
     flags = [flag for flag in found.stdout.split() if not flag.startswith("-std=")]
@@ -109,6 +109,8 @@ def compile_block(block, folder, programs, flags):
                f"-idirafter{root}/tests/documentation/stand_ins", stem + ".cpp", "-o", stem]
     if is_program:
         command += [f"{programs}/libglobalmatch_compiled_surveys.a", f"{programs}/libglobalmatch_compiled.a"]
+        if "needs" in block.marks:
+            command += flags_of(block.marks["needs"], "--libs")
     else:
         command.append("-c")
     run(command, folder, block.name())
@@ -149,7 +151,7 @@ def run_block(block, folder, programs, printed):
     needed, flags = block.marks.get("needs"), []
     if block.tag == "cpp":
         if needed:
-            flags = flags_of(needed)
+            flags = flags_of(needed, "--cflags")
         if flags is None:
             return "not run", f"{needed} is not installed"
         return compile_block(block, folder, programs, flags)
