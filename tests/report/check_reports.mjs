@@ -95,6 +95,10 @@ async function checkChoice(page, name) {
   await page.click("#shown_0");
 }
 
+/** Colours of the dots beside the names of scans. */
+const dotsOf = (page) =>
+  page.$$eval(".swatch", (all) => all.map((dot) => getComputedStyle(dot).backgroundColor));
+
 async function checkReport(name) {
   assert.ok(statSync(join(folder, name + ".html")).size < 15e6, `${name}: too large`);
   const page = await opened(name);
@@ -105,8 +109,10 @@ async function checkReport(name) {
   }).observe({ type: "paint", buffered: true })));
   assert.ok(shown < 2000, `${name}: first picture after ${shown} ms`);
   let points = 0, view = 0;
+  const dots = [];
   if (await hasView(page)) {
     points = await checkView(page, name);
+    dots.push(...await dotsOf(page));
     view = await page.evaluate(() => performance.getEntriesByName("view_3d")[0].startTime);
   }
   if (name === "ambiguous") {
@@ -130,6 +136,9 @@ async function checkReport(name) {
 
   const dark = await opened(name, { colours: "dark" });
   if (await hasView(dark)) await isDrawn(dark);
+  const darkDots = await dotsOf(dark);
+  assert.equal(darkDots.length, dots.length, `${name}, dark: dots`);
+  darkDots.forEach((colour, i) => assert.notEqual(colour, dots[i], `${name}, dark: a dot keeps its light colour`));
   await checkAccessibility(dark, `${name}, dark`);
   await dark.screenshot({ path: join(folder, `${name}_dark.png`), fullPage: true });
   assert.deepEqual(dark.problems, [], `${name}, dark`);
