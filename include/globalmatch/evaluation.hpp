@@ -67,8 +67,11 @@ struct map_score {
   double horizontal_error = 0;     ///< [m] mean over the true finds
   double height_error = 0;         ///< [m] mean absolute, over the true finds
 
+  /// Share of the finds that are true.
   double precision() const { return found > 0 ? double(true_finds) / double(found) : 1; }
+  /// Share of the required stems that were found.
   double recall() const { return required > 0 ? double(required_found) / double(required) : 1; }
+  /// Harmonic mean of precision and recall.
   double f1() const {
     const double sum = precision() + recall();
     return sum > 0 ? 2 * precision() * recall() / sum : 0;
@@ -77,7 +80,7 @@ struct map_score {
 
 /// A find, and the true stem that stands there.
 struct true_find {
-  std::size_t find, stem;
+  std::size_t find, stem;  ///< indices, of the map and of the true stems
 };
 
 namespace detail {

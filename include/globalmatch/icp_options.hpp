@@ -43,7 +43,7 @@ inline void require_valid(const icp_options& options) {
 /// Samples of one kind of surface in both scans [m]. Points are only paired within their layer, so that dense
 /// stems do not crowd out sparse ground.
 struct icp_layer {
-  std::vector<Eigen::Vector3d> source, target;
+  std::vector<Eigen::Vector3d> source, target;  ///< [m] each in the frame of its scan
   /// Outward unit normals of both, where they are known, or empty. Only points that face the same way are
   /// then paired: two scanners on either side of a stem see different sides of it.
   std::vector<Eigen::Vector3d> source_normals = {}, target_normals = {};
@@ -51,11 +51,11 @@ struct icp_layer {
 
 /// What came of the fine registration.
 struct icp_result {
-  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
+  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< where it ended
   bool converged = false;  ///< false: too few pairs, or still moving at the last iteration
-  int iterations = 0;
-  std::size_t pairs = 0;  ///< in the last iteration
-  double rms = 0;         ///< [m] distance of these pairs, for planes along the normals and weighted
+  int iterations = 0;      ///< that were done
+  std::size_t pairs = 0;   ///< in the last iteration
+  double rms = 0;          ///< [m] distance of these pairs, for planes along the normals and weighted
 };
 
 namespace detail {

@@ -21,8 +21,8 @@ namespace globalmatch {
 
 /// Two triangles of which vertex i corresponds to vertex i ([GM] u).
 struct triangle_pair {
-  std::array<stem_index, 3> source = {}, target = {};
-  double dissimilarity = 0;  ///< [m] D_local, [GM] Eq. (4)
+  std::array<stem_index, 3> source = {}, target = {};  ///< indices of stems
+  double dissimilarity = 0;                            ///< [m] D_local, [GM] Eq. (4)
 };
 
 namespace detail {

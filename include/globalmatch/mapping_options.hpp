@@ -38,7 +38,7 @@ enum class ground_filter {
 
 /// How ground is distinguished from what stands on it ([GM] 3.1).
 struct ground_options {
-  ground_filter filter = ground_filter::planes;
+  ground_filter filter = ground_filter::planes;  ///< what tells ground from the rest
   double resolution = 0.5;  ///< [m] of the terrain, and of the particles of a cloth ([CSF] GR: 0.5)
   cloth_options cloth = {};
   double low_point_depth = 0.3;  ///< [m] a lowest point this far below its neighbours is no ground (ours)

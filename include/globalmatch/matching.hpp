@@ -43,7 +43,7 @@ inline std::string_view to_string(outcome o) {
 
 /// One stem in two maps.
 struct correspondence {
-  stem_index source, target;
+  stem_index source, target;  ///< indices into the positions of the caller
   auto operator<=>(const correspondence&) const = default;
 };
 
@@ -75,8 +75,8 @@ inline std::string_view to_string(evidence_source w) {
 
 /// A transform that may be the right one, and the evidence for it.
 struct hypothesis {
-  std::vector<correspondence> correspondences;  ///< one to one, increasing
-  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
+  std::vector<correspondence> correspondences;                           ///< one to one, increasing
+  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< of the caller's frames, [m]
   double inlier_threshold = 0;  ///< [m] stems this near each other were paired
   /// Number of false alarms: transforms expected to do as well at random; see `detail/matching/evidence.hpp`.
   /// The best hypothesis was scored before its last pairs, which may be further from each other, were added.
@@ -89,9 +89,9 @@ struct hypothesis {
 
 /// How much each step of matching left.
 struct matching_funnel {
-  std::size_t source_stems = 0, target_stems = 0;
+  std::size_t source_stems = 0, target_stems = 0;            ///< that were given
   std::size_t source_coincident = 0, target_coincident = 0;  ///< of these at the place of others: left out
-  std::size_t source_triangles = 0, target_triangles = 0;
+  std::size_t source_triangles = 0, target_triangles = 0;    ///< of neighbouring stems
   std::size_t local_pairs = 0;      ///< congruent triangle pairs, of all queries or of `algorithm_1`
   std::size_t tested = 0;           ///< transforms tried on stems, or consensus sets counted
   std::size_t consensus = 0;        ///< of these in the best hypothesis' consensus set
@@ -227,8 +227,8 @@ inline std::string_view to_string(vertical_source source) {
 
 /// The height of a transform, which has evidence and an uncertainty of its own.
 struct vertical_fit {
-  vertical_kind kind = vertical_kind::level;
-  vertical_source source = vertical_source::none;
+  vertical_kind kind = vertical_kind::level;       ///< whether it tilts, or heights slope
+  vertical_source source = vertical_source::none;  ///< what the height is known by
   double sigma = 0;    ///< [m] of the height at `transform_uncertainty::center`; infinite where not known
   double tilt = 0;     ///< [rad] by which the transform is rotated, or the heights slope
   std::string reason;  ///< why the height is not known, and the remedy; empty where it is
@@ -252,7 +252,7 @@ struct matching {
   std::optional<scale_estimate> scale;                   ///< of the paired stems, when registered
   std::optional<prior_deviation> prior;                  ///< of the best hypothesis, where a prior was given
   double inlier_threshold = 0;                           ///< [m] that was used
-  matching_funnel funnel;
+  matching_funnel funnel;                                ///< how much each step left
 };
 
 }  // namespace globalmatch

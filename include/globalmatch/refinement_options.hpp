@@ -31,8 +31,8 @@ inline void require_valid(const refinement_options& options) {
 
 /// Two scans of a survey, and how they are placed before their refinement.
 struct pair_to_refine {
-  std::size_t source = 0, target = 0;
-  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();
+  std::size_t source = 0, target = 0;                                    ///< numbers of their maps
+  Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< by their poses
   /// 4 x 4, in the frame of the target, halfway between the stems of both.
   transform_uncertainty uncertainty = {};
   bool is_height_known = false;  ///< else that of the transform is a guess
@@ -40,7 +40,7 @@ struct pair_to_refine {
 
 /// What the samples of two scans say of the transform between them.
 struct refined_pair {
-  pair_to_refine start = {};
+  pair_to_refine start = {};  ///< what it began with
   Eigen::Isometry3d target_from_source =
       Eigen::Isometry3d::Identity();  ///< as at the start where not refined
   /// 4 x 4, in the frame of the target, about the centroid of the samples in common.

@@ -22,11 +22,11 @@ namespace globalmatch {
 
 /// One step between the points of a scan and the correspondences.
 struct funnel_step {
-  std::string_view step;  ///< its name, as in the reasons of a decision
-  std::string_view of;    ///< what came in
-  std::size_t in = 0;
-  std::string_view what;  ///< what went out
-  std::size_t out = 0;
+  std::string_view step;    ///< its name, as in the reasons of a decision
+  std::string_view of;      ///< what came in
+  std::size_t in = 0;       ///< how many
+  std::string_view what;    ///< what went out
+  std::size_t out = 0;      ///< how many
   std::string_view rest;    ///< why the rest was dropped
   std::string_view remedy;  ///< what to look at where too little is left
 };
@@ -124,18 +124,19 @@ constexpr std::string_view to_string(ground_status status) {
 /// in that frame. Node (c, r) lies at x = (c + 0.5) resolution, y = (r + 0.5) resolution.
 class terrain {
  public:
-  detail::local_frame frame;
-  double resolution = 0;
-  int columns = 0, rows = 0;
-  std::vector<float> heights;               ///< row by row; interpolated where no ground was seen
-  std::vector<std::uint8_t> has_data;       ///< 1 where ground was seen near the node
-  std::vector<detail::vec3f> ground;        ///< the ground points the heights were fitted to, node by node
-  std::vector<std::uint32_t> first_ground;  ///< of each node, in `ground`; one more than nodes, or empty
-  std::vector<std::uint8_t> in_surface;     ///< 1 where ground extends as a surface; empty: not determined
-  ground_status status = ground_status::seen;
+  detail::local_frame frame;                   ///< from that of the scan
+  double resolution = 0;                       ///< [m] between nodes
+  int columns = 0, rows = 0;                   ///< nodes along x, along y
+  std::vector<float> heights;                  ///< row by row; interpolated where no ground was seen
+  std::vector<std::uint8_t> has_data;          ///< 1 where ground was seen near the node
+  std::vector<detail::vec3f> ground;           ///< the ground points the heights were fitted to, node by node
+  std::vector<std::uint32_t> first_ground;     ///< of each node, in `ground`; one more than nodes, or empty
+  std::vector<std::uint8_t> in_surface;        ///< 1 where ground extends as a surface; empty: not determined
+  ground_status status = ground_status::seen;  ///< whether heights are those of ground
   bool cut_off = false;  ///< all below some height is missing: ground is what lies in a surface, else unknown
 
   bool empty() const { return heights.empty(); }
+  /// Its index in `heights`.
   std::size_t node(int c, int r) const { return std::size_t(r) * std::size_t(columns) + std::size_t(c); }
 
   /// Whether (x, y) lies on the raster.

@@ -23,14 +23,14 @@ namespace globalmatch {
 struct survey_options {
   /// A scan whose pose is known: it is not adjusted.
   struct fixed_scan {
-    std::size_t scan = 0;
-    Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();
+    std::size_t scan = 0;                                                ///< number of its map
+    Eigen::Isometry3d survey_from_scan = Eigen::Isometry3d::Identity();  ///< its pose, [m]
   };
 
   /// What was measured of the pose of a scan, by satellites or a compass, in a frame whose up is +z. What was
   /// not measured is not a number.
   struct prior {
-    std::size_t scan = 0;
+    std::size_t scan = 0;  ///< number of its map
     Eigen::Vector3d position =
         Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< [m] of the scan's origin
     double yaw = std::numeric_limits<double>::quiet_NaN();  ///< [rad] of its x axis, counter-clockwise from x
@@ -41,14 +41,14 @@ struct survey_options {
 
   /// A scan whose `up` is known to be its vertical, as by an inclination sensor.
   struct level {
-    std::size_t scan = 0;
+    std::size_t scan = 0;  ///< number of its map
     double sigma = 0.002;  ///< [rad] about each horizontal axis
   };
 
   /// A target, as a reflector or a sphere, as a scan shows it. Those of one name are one point.
   struct target {
-    std::size_t scan = 0;
-    std::string name = {};
+    std::size_t scan = 0;                                ///< number of its map
+    std::string name = {};                               ///< the same in all scans
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the scan's frame
     double sigma = 0.005;                                ///< [m] along each axis
   };
@@ -157,7 +157,7 @@ struct survey {
 
   /// Two scans whose stems agree, or targets that both show.
   struct link {
-    std::size_t source = 0, target = 0;
+    std::size_t source = 0, target = 0;                                    ///< numbers of their maps
     Eigen::Isometry3d target_from_source = Eigen::Isometry3d::Identity();  ///< of this pair of maps alone
     /// Transforms expected to do as well, of one pair of unrelated maps. Not a number where targets link
     /// them.
@@ -180,7 +180,7 @@ struct survey {
   /// A stem of a scan, and what it counts in plan and in height beside one of a typical scan: 0 where it does
   /// not fit, or its scan shows no ground.
   struct observation {
-    std::size_t scan, stem;
+    std::size_t scan, stem;  ///< number of the map, index of the stem in it
     double weight = 1, height_weight = 1;
   };
 
@@ -196,7 +196,7 @@ struct survey {
 
   /// A target of `survey_options`, and how it fits where the others of its name are.
   struct target_observation {
-    std::size_t scan = 0;
+    std::size_t scan = 0;                                ///< number of its map
     Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< [m] in the scan's frame
     double sigma = 0;                                    ///< [m] along each axis
     /// What it counts beside its standard deviation, in plan and in height; 0 where it does not fit. The
@@ -219,8 +219,8 @@ struct survey {
   /// A prior of `survey_options`, and what it counts in the adjustment beside its standard deviations: 0 to
   /// 1, 0 where it does not fit or was not measured.
   struct adjusted_prior {
-    survey_options::prior given = {};
-    double weight = 0, yaw_weight = 0, height_weight = 0;
+    survey_options::prior given = {};                      ///< as it was given
+    double weight = 0, yaw_weight = 0, height_weight = 0;  ///< of its place in plan, its yaw, its height
   };
 
   std::vector<survey::scan> scans;             ///< in the order of the maps
@@ -229,8 +229,8 @@ struct survey {
   std::vector<survey::target> targets;         ///< of scans that have a component, by name and component
   std::vector<survey::adjusted_prior> priors;  ///< of scans that have a component, component by component
   double stem_sigma = 0;                       ///< [m] of a stem of a scan, in plan, along each axis
-  std::size_t components = 0;
-  std::vector<survey::frame> frames;  ///< of the components
+  std::size_t components = 0;                  ///< sets of scans that links connect
+  std::vector<survey::frame> frames;           ///< of the components
   std::size_t candidates = 0;  ///< transforms that triangles voted for, and that were tried on all stems
   bool cancelled = false;      ///< the progress callback said so; nothing else is filled
 };

@@ -33,8 +33,8 @@ inline void require_valid(const triangle_options& options) {
 /// Three stems. Canonical order: the vertex opposite the longest edge first, then counter-clockwise seen from
 /// above.
 struct triangle {
-  std::array<stem_index, 3> vertices;
-  std::array<double, 3> edges;  ///< [m] edges[i] lies opposite vertices[i]
+  std::array<stem_index, 3> vertices;  ///< indices of stems
+  std::array<double, 3> edges;         ///< [m] edges[i] lies opposite vertices[i]
   double horizontal_width =
       std::numeric_limits<double>::infinity();  ///< [m] horizontal, over the edge longest there
 };
