@@ -105,7 +105,8 @@ int main(int argc, char** argv) {
     const auto trusted = lacks_height ? std::nullopt : result.target_from_source;
     support::write_or_remove_forms(options.out_as, trusted, support::first_stem(source_map.stems),
                                    source_file, std::cout,
-                                   target.header().pose.value_or(Eigen::Isometry3d::Identity()));
+                                   {source.header().pose.value_or(Eigen::Isometry3d::Identity()),
+                                    target.header().pose.value_or(Eigen::Isometry3d::Identity())});
     support::write_or_remove_transform(out, trusted);  // last: it stands for the whole run
     const bool registered = result.outcome == outcome::registered;
     if (registered && options.dof == "4") {  // otherwise the reason says it

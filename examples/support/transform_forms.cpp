@@ -1,9 +1,7 @@
 #include "support/transform_forms.hpp"
 
-#include <nlohmann/json.hpp>
-
-#include <array>
 #include <cmath>
+#include <iomanip>
 #include <limits>
 #include <locale>
 #include <sstream>
@@ -13,6 +11,7 @@
 #include "support/atomic_file.hpp"
 #include "support/file_error.hpp"
 #include "support/numbered_scans.hpp"
+#include "support/pdal_pipelines.hpp"
 #include "support/posed_copies.hpp"
 #include "support/scan_files.hpp"
 #include "support/text_fields.hpp"
@@ -67,6 +66,11 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   file.commit();
 }
 
+bool is_one_file(const std::filesystem::path& source) {
+  std::error_code ignored;
+  return source != "-" && !parse_scan_name(source).number && !std::filesystem::is_directory(source, ignored);
+}
+
 // CloudCompare transforms what is left of the coordinates once the global shift was added to them.
 std::string write_for_cloudcompare(const std::filesystem::path& path, const centred_transform& centred,
                                    const std::filesystem::path& source) {
@@ -75,43 +79,41 @@ std::string write_for_cloudcompare(const std::filesystem::path& path, const cent
   matrix.topRightCorner<3, 1>() = centred.shift;
   write_text(path, to_text(matrix, "\n"));
   const bool is_shifted = !centred.center.isZero(0);
-  return "CloudCompare -SILENT -O " +
-         (is_shifted ? "-GLOBAL_SHIFT " + to_text(Eigen::Vector3d(-centred.center)) + ' ' : std::string()) +
+  const std::string shift = to_text(Eigen::Vector3d(-centred.center));
+  if (!is_one_file(source))
+    return "CloudCompare: open " + quoted_path(source) + (is_shifted ? ", with the shift " + shift : "") +
+           ", select it alone, and choose Edit > Apply transformation with " + quoted_path(path);
+  return "CloudCompare -SILENT -O " + (is_shifted ? "-GLOBAL_SHIFT " + shift + ' ' : std::string()) +
          quoted_path(source) + " -APPLY_TRANS " + quoted_path(path) + " -SAVE_CLOUDS";
 }
 
-// The file that PDAL writes: in the format of the source if it writes that, otherwise LAZ.
-std::filesystem::path registered_path(const std::filesystem::path& source) {
-  constexpr std::array<std::string_view, 8> written = {".ply", ".las", ".laz", ".pcd",
-                                                       ".e57", ".csv", ".txt", ".xyz"};
-  const std::string extension = source.extension().string();
-  const bool is_written = std::find(written.begin(), written.end(), lower_case(extension)) != written.end();
-  std::filesystem::path registered = source;
-  registered.replace_filename(source.stem().string() + "_registered" + (is_written ? extension : ".laz"));
-  return registered;
+// The poses that are not applied here, those that others apply, and where both scans lie in the end.
+struct posed_transform {
+  Eigen::Isometry3d survey_from_source, survey_from_loaded;
+  Eigen::Vector3d near_loaded_points;
+};
+
+posed_transform apply_poses(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& near_points,
+                            const header_poses& poses) {
+  const Eigen::Isometry3d survey_from_source = poses.target * target_from_source;
+  return {survey_from_source, survey_from_source * poses.source.inverse(), poses.source * near_points};
 }
 
-std::string write_for_pdal(const std::filesystem::path& path, const Eigen::Matrix4d& matrix,
-                           const std::filesystem::path& source) {
-  if (parse_scan_name(source).number)
-    throw file_error(path, "cannot name scan " + source.string() + " to PDAL, which reads whole files",
-                     "Export that scan as a file of its own");
-  const std::filesystem::path registered = registered_path(source);
-  nlohmann::ordered_json writer = {{"filename", registered.string()}};
-  const std::string extension = lower_case(registered.extension().string());
-  if (extension == ".las" || extension == ".laz")
-    writer.update({{"type", "writers.las"},
-                   {"forward", "all"},
-                   {"extra_dims", "all"},
-                   {"offset_x", "auto"},
-                   {"offset_y", "auto"},
-                   {"offset_z", "auto"}});
-  std::string numbers = to_text(matrix, " ");
-  numbers.pop_back();
-  const nlohmann::ordered_json pipeline = {
-      source.string(), {{"type", "filters.transformation"}, {"matrix", numbers}}, writer};
-  write_text(path, pipeline.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
-  return "pdal pipeline " + quoted_path(path);
+// [m] between neighbouring numbers of single precision.
+double step_of_float(double number) {
+  const auto f = static_cast<float>(std::abs(number));
+  return double(std::nextafter(f, std::numeric_limits<float>::infinity())) - double(f);
+}
+
+void print_notes_on_cloudcompare(const centred_transform& centred, std::ostream& out) {
+  if (!centred.center.isZero(0))
+    out << "for CloudCompare the transform is target = R (p - c) + c + t, c = " << to_text(centred.center)
+        << ", t = " << to_text(centred.shift) << '\n';
+  constexpr double max_step = 0.001;  // [m]
+  if (const double step = step_of_float(centred.shift.cwiseAbs().maxCoeff()); step > max_step)
+    out << "warning: CloudCompare computes in single precision: so far from the source it rounds coordinates "
+           "to "
+        << std::setprecision(1) << step << " m; register_scans --write, or PDAL, keeps them\n";
 }
 
 void remove_earlier(const std::filesystem::path& path) {
@@ -144,44 +146,55 @@ void require_forms(std::span<const std::filesystem::path> paths, const std::file
         throw file_error(path, "is one of the files to be read", "Name another file");
     }
     if (form_of(path) == form::posed_copy) require_posed_copy(path, source);
+    if (form_of(path) == form::pdal) require_pdal_source(path, source);
   }
 }
 
 std::string write_transform_form(const std::filesystem::path& path,
                                  const Eigen::Isometry3d& target_from_source,
                                  const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                                 const Eigen::Isometry3d& survey_from_target) {
+                                 const header_poses& poses) {
   require_form(path);
-  if (form_of(path) == form::posed_copy) {
-    write_posed_copy(path, source, survey_from_target * target_from_source);
-    return "CloudCompare " + quoted_path(path);
+  const posed_transform posed = apply_poses(target_from_source, near_points, poses);
+  switch (*form_of(path)) {
+    case form::posed_copy:
+      write_posed_copy(path, source, posed.survey_from_source);
+      return "CloudCompare " + quoted_path(path);
+    case form::cloudcompare:
+      return write_for_cloudcompare(path, centre(posed.survey_from_loaded, posed.near_loaded_points), source);
+    case form::pdal:
+      require_pdal_source(path, source);
+      write_text(path, pdal_pipeline(source, posed.survey_from_loaded.matrix()));
+      return "pdal pipeline " + quoted_path(path);
+    default:
+      write_text(path, to_text(posed.survey_from_source.matrix(), "\n"));
+      return "RiSCAN PRO: load " + quoted_path(path) + " as the SOP matrix of the scan position of " +
+             quoted_path(source);
   }
-  if (form_of(path) == form::cloudcompare)
-    return write_for_cloudcompare(path, centre(target_from_source, near_points), source);
-  if (form_of(path) == form::pdal) return write_for_pdal(path, target_from_source.matrix(), source);
-  write_text(path, to_text(target_from_source.matrix(), "\n"));
-  return "RiSCAN PRO: load " + quoted_path(path) + " as the SOP matrix of the scan position of " +
-         quoted_path(source);
 }
 
 void write_or_remove_forms(std::span<const std::filesystem::path> paths,
                            const std::optional<Eigen::Isometry3d>& target_from_source,
                            const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                           std::ostream& out, const Eigen::Isometry3d& survey_from_target) {
-  bool is_shifted = false;
+                           std::ostream& out, const header_poses& poses) {
+  bool for_cloudcompare = false, for_loaded = false;
   for (const std::filesystem::path& path : paths) {
     if (!target_from_source) {
       remove_earlier(path);
       continue;
     }
-    out << write_transform_form(path, *target_from_source, near_points, source, survey_from_target) << '\n';
-    is_shifted = is_shifted || form_of(path) == form::cloudcompare;
+    out << write_transform_form(path, *target_from_source, near_points, source, poses) << '\n';
+    for_cloudcompare = for_cloudcompare || form_of(path) == form::cloudcompare;
+    for_loaded = for_loaded || form_of(path) == form::pdal;
   }
-  if (!is_shifted) return;
-  const centred_transform centred = centre(*target_from_source, near_points);
-  if (!centred.center.isZero(0))
-    out << "for CloudCompare the transform is target = R (p - c) + c + t, c = " << to_text(centred.center)
-        << ", t = " << to_text(centred.shift) << '\n';
+  if (!for_cloudcompare && !for_loaded) return;
+  const auto is_posed = [](const Eigen::Isometry3d& p) { return p.matrix() != Eigen::Matrix4d::Identity(); };
+  if (is_posed(poses.source) || is_posed(poses.target))
+    out << "CloudCompare and PDAL apply the poses in the headers of scans when they load them: what is "
+           "written for them is between scans so loaded, and differs from --out\n";
+  if (!for_cloudcompare) return;
+  const posed_transform posed = apply_poses(*target_from_source, near_points, poses);
+  print_notes_on_cloudcompare(centre(posed.survey_from_loaded, posed.near_loaded_points), out);
 }
 
 }  // namespace globalmatch::support

@@ -26,31 +26,37 @@ struct centred_transform {
 /// axis.
 centred_transform centre(const Eigen::Isometry3d& target_from_source, const Eigen::Vector3d& near_points);
 
+/// The poses in the headers of both files (survey_from_file). CloudCompare and PDAL apply them when they load
+/// a file, and RiSCAN PRO has them as SOP matrices; this project does not.
+struct header_poses {
+  Eigen::Isometry3d source = Eigen::Isometry3d::Identity(), target = Eigen::Isometry3d::Identity();
+};
+
 /// Throws `file_error` for the first name that does not end as `write_transform_form` says, is no form for
 /// the file `source`, is one of both files, or cannot be written. To be asked before long work.
 void require_forms(std::span<const std::filesystem::path> paths, const std::filesystem::path& source,
                    const std::filesystem::path& target);
 
-/// Writes a transform of the file `source` in the form that the name asks for:
-/// - .mat.txt, .cc.txt: CloudCompare, four lines of four numbers; centred where coordinates are large
-/// - .dat: RiSCAN PRO, the same lines, never centred
-/// - .json: a pipeline for PDAL, which reads `source` and writes it as SOURCE_registered beside it
-/// - .e57, .ptx: a copy of `source`, of that format, in which its pose is `survey_from_target` times the
-///   transform: both scans fit where poses are applied
-/// Returns the line that applies it. Throws `file_error` when it cannot be written, or PDAL cannot read the
-/// source.
+/// Writes a transform of the file `source` in the form that the name asks for, so that it fits to the target
+/// where that was loaded with its pose:
+/// - .mat.txt, .cc.txt: CloudCompare, four lines of four numbers, for the source as loaded with its pose;
+///   centred where coordinates are large
+/// - .json: a pipeline for PDAL, for the source as loaded with its pose (`pdal_pipeline`)
+/// - .dat: RiSCAN PRO, the pose to give to the source, never centred
+/// - .e57, .ptx: a copy of `source`, of that format, which has this pose
+/// `near_points` is in the frame of the file. Returns the line that applies it. Throws `file_error` when it
+/// cannot be written, or PDAL cannot read the source.
 std::string write_transform_form(const std::filesystem::path& path,
                                  const Eigen::Isometry3d& target_from_source,
                                  const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                                 const Eigen::Isometry3d& survey_from_target = Eigen::Isometry3d::Identity());
+                                 const header_poses& poses = {});
 
-/// Writes all of these forms, and a line for each to `out`; and if a form is centred, how. Removes files of
-/// these names where there is no transform.
+/// Writes all of these forms, and a line for each to `out`; and if one is centred, of poses, or rounded where
+/// it is applied, that too. Removes files of these names where there is no transform.
 void write_or_remove_forms(std::span<const std::filesystem::path> paths,
                            const std::optional<Eigen::Isometry3d>& target_from_source,
                            const Eigen::Vector3d& near_points, const std::filesystem::path& source,
-                           std::ostream& out,
-                           const Eigen::Isometry3d& survey_from_target = Eigen::Isometry3d::Identity());
+                           std::ostream& out, const header_poses& poses = {});
 
 /// The position of a stem, as a place near the points; zero where there is no stem.
 template <class Stems>

@@ -256,7 +256,8 @@ TEST_CASE("as a form of a transform the pose is that of the target times the tra
   require_forms(forms, path, "t.ptx");
   const Eigen::Isometry3d target_from_source(Eigen::Translation3d(1, 2, 3));
   std::ostringstream printed;
-  write_or_remove_forms(forms, target_from_source, Eigen::Vector3d::Zero(), path, printed, a_pose());
+  write_or_remove_forms(forms, target_from_source, Eigen::Vector3d::Zero(), path, printed,
+                        {Eigen::Isometry3d::Identity(), a_pose()});
   CHECK(printed.str().find(copy.string()) != std::string::npos);
   REQUIRE(pose_in(copy));
   CHECK(pose_in(copy)->isApprox(a_pose() * target_from_source, 1e-12));

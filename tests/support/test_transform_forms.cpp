@@ -8,6 +8,7 @@
 
 #include "catch.hpp"
 #include "file_checks.hpp"
+#include "support/pdal_pipelines.hpp"
 #include "support/transform_files.hpp"
 
 namespace globalmatch::support::test_transform_forms {
@@ -71,6 +72,84 @@ TEST_CASE("large coordinates are shifted before CloudCompare transforms them, an
   const centred_transform centred = centre(a_transform(), in_utm);
   CHECK(read_transform(paths[0]).translation() == centred.shift);
   CHECK(read_transform(paths[1]).matrix() == a_transform().matrix());
+}
+
+TEST_CASE("poses in headers are those that programs apply before the transform, to source and target") {
+  const temporary_directory directory;
+  const header_poses poses{
+      Eigen::Translation3d(500, 300, 10) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()),
+      Eigen::Translation3d(-20, 7, 1) * Eigen::AngleAxisd(1, Eigen::Vector3d::UnitZ())};
+  const std::filesystem::path paths[] = {directory / "t.mat.txt", directory / "t.json", directory / "t.dat"};
+  std::ostringstream said;
+  write_or_remove_forms(paths, a_transform(), {1, 2, 3}, "s.ptx", said, poses);
+  CHECK(said.str().find("apply the poses in the headers") != std::string::npos);
+  const Eigen::Isometry3d survey_from_source = poses.target * a_transform();
+  CHECK((read_transform(paths[0]) * poses.source).isApprox(survey_from_source, 1e-12));
+  CHECK(read_transform(paths[2]).isApprox(survey_from_source, 1e-12));
+  const auto pipeline = nlohmann::json::parse(bytes_of(paths[1]));
+  const auto matrix = directory.file("pdal.txt", pipeline[1]["matrix"].get<std::string>());
+  CHECK(read_transform(matrix).isApprox(read_transform(paths[0]), 1e-12));
+  std::ostringstream without;
+  write_or_remove_forms(paths, a_transform(), {1, 2, 3}, "s.ptx", without);
+  CHECK(without.str().find("headers") == std::string::npos);
+}
+
+TEST_CASE("a transform for CloudCompare is centred near the source as loaded with its pose") {
+  const temporary_directory directory;
+  const header_poses poses{Eigen::Isometry3d(Eigen::Translation3d(in_utm))};
+  const std::string line =
+      write_transform_form(directory / "t.mat.txt", a_transform(), {1, 2, 3}, "s.e57", poses);
+  CHECK(line.find("-GLOBAL_SHIFT -691200 -5334600 -500") != std::string::npos);
+}
+
+TEST_CASE("no command is printed for one scan of several, standard input or a folder") {
+  const temporary_directory directory;
+  for (const std::filesystem::path& source : {std::filesystem::path("s.ptx#2"), std::filesystem::path("-"),
+                                              std::filesystem::path(directory / ".")}) {
+    const std::string line = write_transform_form(directory / "t.mat.txt", a_transform(), {1, 2, 3}, source);
+    CHECK(line.find("-SILENT") == std::string::npos);
+    CHECK(line.find("select it alone") != std::string::npos);
+    const std::vector<std::filesystem::path> pipeline = {directory / "t.json"};
+    require_error(
+        pipeline[0], [&](const auto&) { require_forms(pipeline, source, "t.ply"); }, source.string().c_str(),
+        "");
+  }
+}
+
+TEST_CASE("where single precision does not hold the target, that is said") {
+  const temporary_directory directory;
+  const std::filesystem::path paths[] = {directory / "t.mat.txt"};
+  std::ostringstream said, near;
+  write_or_remove_forms(paths, Eigen::Translation3d(in_utm) * a_transform(), {1, 2, 3}, "s.las", said);
+  CHECK(said.str().find("rounds coordinates to 0.5 m") != std::string::npos);
+  write_or_remove_forms(paths, Eigen::Isometry3d(Eigen::Translation3d(3, 4, 5)), in_utm, "s.las", near);
+  CHECK(near.str().find("rounds") == std::string::npos);
+}
+
+TEST_CASE("pipelines for PDAL keep the precision of coordinates") {
+  const auto writer = [](const char* source) {
+    return nlohmann::json::parse(pdal_pipeline(source, a_transform().matrix()))[2];
+  };
+  CHECK(writer("s.ply")["storage_mode"] == "little endian");
+  CHECK(writer("s.CSV")["precision"] == 6);
+  CHECK(writer("s.CSV")["filename"] == "s_registered.CSV");
+  CHECK(writer("s.laz").contains("scale_x") == false);
+  for (const char* source : {"s.pcd", "s.e57", "s.ptx", "s.pts", "s"}) {
+    CHECK(writer(source)["filename"] == "s_registered.laz");
+    CHECK(writer(source)["scale_x"] == 1e-4);
+  }
+}
+
+TEST_CASE("text is for PDAL only where its first line names coordinates as PDAL reads it") {
+  const temporary_directory directory;
+  const std::vector<std::filesystem::path> pipeline = {directory / "t.json"};
+  for (const char* text : {"x,y,z,radius\n1,2,3,4\n", "X Y Z\n1 2 3\n", "id;X;Y;Z\n1;2;3;4\n"})
+    CHECK_NOTHROW(require_forms(pipeline, directory.file("s.txt", text), "t.ply"));
+  for (const char* text :
+       {"1 2 3\n4 5 6\n", "//X Y Z\n1 2 3\n", "easting,northing,height\n1,2,3\n", "3\n1 2 3\n"})
+    require_error(
+        pipeline[0], [&](const auto&) { require_forms(pipeline, directory.file("s.xyz", text), "t.ply"); },
+        "first line PDAL takes for a header", "choose --write");
 }
 
 TEST_CASE("the pipeline for PDAL reads the source and writes it beside") {
