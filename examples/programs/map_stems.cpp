@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
     report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
     if (!options.json.empty()) report["inputs"] = support::describe_files({scan_path});
-    const auto warnings = support::warnings_of(map, scan.marked(), options.keep_noise);
+    const auto warnings = support::warnings_of(map, scan, options.keep_noise);
     report["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);
     support::print(warnings, scan_path);

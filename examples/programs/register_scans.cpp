@@ -86,10 +86,10 @@ int main(int argc, char** argv) {
     report.update(support::describe_run(app, {argv, argv + argc}, clock));
     report["seconds"] = seconds;
     if (!options.json.empty()) report["inputs"] = support::describe_files({source_file, target_file});
-    auto warnings = support::warnings_of(source_map, source.marked(), options.keep_noise);
+    auto warnings = support::warnings_of(source_map, source, options.keep_noise);
     support::print(warnings, source_file);
     report["source"]["warnings"] = support::describe(warnings);
-    warnings = support::warnings_of(target_map, target.marked(), options.keep_noise);
+    warnings = support::warnings_of(target_map, target, options.keep_noise);
     support::print(warnings, target_file);
     report["target"]["warnings"] = support::describe(warnings);
     support::write_json(options.json, report);

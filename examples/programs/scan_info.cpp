@@ -50,7 +50,7 @@ void look_at(const std::filesystem::path& file, const support::shared_options& o
   std::cout << ", " << describe_ground(*map) << ", " << map->stems.size() << " stems\n";
   report["ground"] = describe_ground(*map);
   report["stems"] = map->stems.size();
-  const auto warnings = support::warnings_of(*map, scan.marked(), options.keep_noise);
+  const auto warnings = support::warnings_of(*map, scan, options.keep_noise);
   support::print(warnings, file);
   support::warn_if_tilted(*map, file);
   report["warnings"] = support::describe(warnings);

@@ -18,14 +18,45 @@ namespace globalmatch::support {
 
 namespace {
 
-// The number of points: that of the header, or where it announces none, as writers that were interrupted
-// leave it, as many as there is room for, if that is a whole number of them.
-std::uint64_t count_points(const file_bytes& file, const las_header& header) {
+// How many points there is room for.
+std::uint64_t room_for_points(const file_bytes& file, const las_header& header) {
   const bool more_follows = header.extended_at > header.points_at && header.extended_at <= file.size();
   const std::uint64_t bytes = (more_follows ? header.extended_at : file.size()) - header.points_at;
-  if (header.count > bytes / header.record_size) file.fail_truncated();
-  if (header.count > 0) return header.count;
-  return bytes % header.record_size == 0 ? bytes / header.record_size : 0;
+  return bytes / header.record_size;
+}
+
+// The number of points: that of the header, or where it announces none, as writers that were interrupted
+// leave it, as many as there is room for.
+std::uint64_t count_points(const file_bytes& file, const las_header& header) {
+  const std::uint64_t room = room_for_points(file, header);
+  if (header.count > room) file.fail_truncated();
+  return header.count > 0 ? header.count : room;
+}
+
+void note_count(const file_bytes& file, const las_header& header, std::vector<std::string>& notes) {
+  constexpr unsigned has_wave_packets_behind = 2;  // bit of the encoding
+  const std::uint64_t room = room_for_points(file, header);
+  if (header.count == 0 && room > 0)
+    notes.push_back("the header announces no points: those that the file has room for were read, " +
+                    std::to_string(room));
+  else if (header.count < room && (header.encoding & has_wave_packets_behind) == 0)
+    notes.push_back(
+        note_on_more_points(header.count, "bytes of " + std::to_string(room - header.count) + " more"));
+}
+
+// Whether three points are outside of the box in the header, by more than its size: many writers round it,
+// and some leave it empty.
+bool contradicts_box(const point_source& points, const las_header& header) {
+  const Eigen::Vector3d size = header.max - header.min;
+  if (points.size() == 0 || !size.allFinite() || !(size.array() > 0).all()) return false;
+  for (const std::size_t i : {std::size_t(0), points.size() / 2, points.size() - 1}) {
+    Eigen::Vector3d p;
+    points.read(i, {&p, 1});
+    const bool is_outside =
+        ((p - header.max).array() > size.array()).any() || ((header.min - p).array() > size.array()).any();
+    if (!is_outside) return false;
+  }
+  return true;
 }
 
 /// Points that are not compressed.
@@ -127,11 +158,17 @@ opened_scan open_las(input_file& file, const scan_options& options) {
   scan.header.las =
       las_frame{header.scale, header.offset, header.format, header.encoding, records.projection};
   std::vector<record_field> fields = las_record_fields(header, records);
-  if (records.laszip)
-    scan.points = open_laz(std::move(bytes), header, *records.laszip, std::move(fields), options);
-  else
+  if (records.laszip) {
     scan.points =
-        std::make_unique<las_points>(std::move(bytes), header, std::move(fields), options.keep_marked);
+        open_laz(std::move(bytes), header, *records.laszip, std::move(fields), options, scan.header.notes);
+    return scan;
+  }
+  note_count(bytes, header, scan.header.notes);
+  scan.points =
+      std::make_unique<las_points>(std::move(bytes), header, std::move(fields), options.keep_marked);
+  if (contradicts_box(*scan.points, header))
+    scan.header.notes.push_back(
+        "coordinates are outside of the box that the header gives: is it damaged? Export the scan again");
   return scan;
 }
 

@@ -43,6 +43,10 @@ las_header parse_las_header(std::string_view bytes) {
   header.count = number_at<std::uint32_t>(bytes, 107);
   header.scale = vector_at(bytes, 131);
   header.offset = vector_at(bytes, 155);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    header.max[Eigen::Index(axis)] = number_at<double>(bytes, 179 + 16 * axis);
+    header.min[Eigen::Index(axis)] = number_at<double>(bytes, 187 + 16 * axis);
+  }
   // Version 1.4 counts in 64 bits; files of 1.0 to 1.3 have points or other records there.
   if (header.size >= las_header_size_1_4 && bytes.size() >= las_header_size_1_4) {
     header.count = std::max(header.count, number_at<std::uint64_t>(bytes, 247));
@@ -89,12 +93,36 @@ las_header read_las_header(const file_bytes& file) {
   return header;
 }
 
+namespace {
+
+bool is_padded_text(std::string_view field) {
+  const std::string_view text = field.substr(0, field.find('\0'));
+  const auto is_printable = [](char c) { return c >= ' ' && c <= '~'; };
+  return std::all_of(text.begin(), text.end(), is_printable) &&
+         field.find_first_not_of('\0', text.size()) == std::string_view::npos;
+}
+
+// Whether a record begins where the header says that the points do: its names tell it from points.
+bool begins_record(const file_bytes& file, std::uint64_t offset) {
+  if (offset > file.size() || file.size() - offset < record_header_size) return false;
+  const std::string start = read_text(file, offset, record_header_size);
+  const std::string_view user = std::string_view(start).substr(2, 16);
+  return user[0] != '\0' && is_padded_text(user) && is_padded_text(std::string_view(start).substr(22, 32));
+}
+
+}  // namespace
+
 las_records read_las_records(const file_bytes& file, const las_header& header) {
   las_records records;
   std::uint64_t offset = header.size;
   // Compressors leave a record of their own whatever number of records the header announces.
   for (std::uint32_t i = 0; i < header.variable_records || header.has_compressed_bits; ++i) {
-    if (header.points_at - offset < record_header_size) break;
+    if (header.points_at - offset < record_header_size) {
+      if (i < header.variable_records && begins_record(file, offset))
+        file.fail("has a damaged LAS header: it says that points begin where there are other records",
+                  "Copy or export the scan again");
+      break;
+    }
     const std::string start = read_text(file, offset, record_header_size);
     const std::string_view user = text_at(start, 2, 16);
     const auto number = number_at<std::uint16_t>(start, 18);

@@ -30,6 +30,7 @@ struct las_header {
   std::uint64_t count;            ///< of the points; 0: none, or not known
   std::uint64_t extended_at = 0;  ///< [bytes] records after the points; 0: there are none
   Eigen::Vector3d scale, offset;
+  Eigen::Vector3d min, max;  ///< of coordinates, as the header says
 
   /// Whether classes and flags are those of the formats that came with LAS 1.4.
   bool is_long() const { return format >= 6; }

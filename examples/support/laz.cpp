@@ -170,13 +170,15 @@ class streamed_laz final : public laz_points {
 }  // namespace
 
 std::unique_ptr<point_source> open_laz(file_bytes file, const las_header& header, const laszip_record& laszip,
-                                       std::vector<record_field> fields, const scan_options& options) {
+                                       std::vector<record_field> fields, const scan_options& options,
+                                       std::vector<std::string>& notes) {
   const laz::record_layout layout = layout_of(file, header, laszip);
-  std::vector<laz::chunk> chunks = laz::locate_chunks(file, header, laszip, layout);
-  const std::uint64_t size = laz_points::size_of_all(chunks);
+  laz::located_chunks located = laz::locate_chunks(file, header, laszip, layout);
+  if (located.has_more) notes.push_back(note_on_more_points(header.count, "further points"));
+  const std::uint64_t size = laz_points::size_of_all(located.chunks);
   const auto open = [&]<class Points>(std::type_identity<Points>) -> std::unique_ptr<point_source> {
-    return std::make_unique<Points>(std::move(file), header, layout, std::move(chunks), std::move(fields),
-                                    options);
+    return std::make_unique<Points>(std::move(file), header, layout, std::move(located.chunks),
+                                    std::move(fields), options);
   };
   return size <= options.memory / (sizeof(raw_point) + sizeof(point_mark))
              ? open(std::type_identity<decoded_laz>())

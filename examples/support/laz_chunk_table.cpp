@@ -30,19 +30,24 @@ class chunk_locator {
                 const record_layout& layout)
       : file_(file), header_(header), laszip_(laszip), layout_(layout) {}
 
-  std::vector<chunk> locate() {
-    if (file_.size() - header_.points_at < 8) file_.fail_truncated();
-    table_at_ = number_at<std::uint64_t>(header_.points_at);
-    if (table_at_ == ~std::uint64_t(0)) table_at_ = number_at<std::uint64_t>(file_.size() - 8);
-    if (has_table() && follow_table(read_table())) return std::move(chunks_);
-    chunks_.clear();
-    count_ = 0;
-    next_at_ = first_at();
-    walk();
-    return std::move(chunks_);
+  located_chunks locate() {
+    find_chunks();
+    return {std::move(chunks_), has_more_ || has_more_in_last()};
   }
 
  private:
+  void find_chunks() {
+    if (file_.size() - header_.points_at < 8) file_.fail_truncated();
+    table_at_ = number_at<std::uint64_t>(header_.points_at);
+    if (table_at_ == ~std::uint64_t(0)) table_at_ = number_at<std::uint64_t>(file_.size() - 8);
+    if (has_table() && follow_table(read_table())) return;
+    chunks_.clear();
+    count_ = 0;
+    has_more_ = false;
+    next_at_ = first_at();
+    walk();
+  }
+
   template <class T>
   T number_at(std::uint64_t offset) const {
     char bytes[sizeof(T)];
@@ -64,6 +69,7 @@ class chunk_locator {
   bool follow_table(const std::vector<table_entry>& table);
   void walk();
   bool add(std::uint64_t count, std::uint64_t size);
+  bool has_more_in_last() const;
   std::optional<chunk> next_layered() const;
 
   const file_bytes& file_;
@@ -73,11 +79,15 @@ class chunk_locator {
   std::uint64_t table_at_ = 0;
   std::uint64_t next_at_ = 0, count_ = 0;  // behind the chunks so far
   std::vector<chunk> chunks_;
+  bool has_more_ = false;
 };
 
 // Adds a chunk behind the others; those behind the last point are left out. Returns whether it makes sense.
 bool chunk_locator::add(std::uint64_t count, std::uint64_t size) {
-  if (header_.count > 0) count = std::min(count, header_.count - count_);
+  if (header_.count > 0) {
+    has_more_ = has_more_ || (is_complete() && size > 0) || (is_variable() && count > header_.count - count_);
+    count = std::min(count, header_.count - count_);
+  }
   if (size > end() - next_at_ || count > size * max_points_per_byte) return false;
   if (count > 0) chunks_.push_back({next_at_, size, count_, count});
   next_at_ += size;
@@ -135,6 +145,13 @@ std::optional<chunk> chunk_locator::next_layered() const {
   return chunk{next_at_, size, count_, number(0)};
 }
 
+// Chunks in layers begin with a point and the number of points.
+bool chunk_locator::has_more_in_last() const {
+  if (!layout_.is_layered() || chunks_.empty()) return false;
+  const chunk& last = chunks_.back();
+  return number_at<std::uint32_t>(last.offset + layout_.record_size()) > last.count;
+}
+
 // Finds chunks from the first on.
 void chunk_locator::walk() {
   if (layout_.is_layered()) {
@@ -156,8 +173,8 @@ void chunk_locator::walk() {
 
 }  // namespace
 
-std::vector<chunk> locate_chunks(const file_bytes& file, const las_header& header,
-                                 const laszip_record& laszip, const record_layout& layout) {
+located_chunks locate_chunks(const file_bytes& file, const las_header& header, const laszip_record& laszip,
+                             const record_layout& layout) {
   return chunk_locator(file, header, laszip, layout).locate();
 }
 

@@ -32,10 +32,17 @@ std::string first_line(std::string_view start) {
   return lower_case(start.substr(0, start.find_first_of("\r\n")));
 }
 
+// The word that begins that line, where others follow.
+std::string first_word(std::string_view start) {
+  const std::string line = first_line(start);
+  const std::size_t end = line.find_first_of(" \t");
+  return end == std::string::npos ? std::string() : line.substr(0, end);
+}
+
 bool looks_like_pcd(std::string_view start) {
   if (start.starts_with("# .PCD")) return true;
-  const std::string line = first_line(start);
-  return line.starts_with("version ") || line.starts_with("fields ") || line.starts_with("columns ");
+  const std::string word = first_word(start);
+  return word == "version" || word == "fields" || word == "columns";
 }
 
 bool looks_like_ply(std::string_view start) {
@@ -44,10 +51,16 @@ bool looks_like_ply(std::string_view start) {
          start.find_first_of("\r\n") != std::string_view::npos;
 }
 
+// OFF begins with that word, after letters for what vertices have besides: ST, C, N, 4, n.
+bool looks_like_off(std::string_view start) {
+  std::string word = first_line(start);
+  word.resize(std::min(word.size(), word.find_first_of(" \t")));
+  return word.ends_with("off") && word.find_first_not_of("stcn4") == word.size() - 3;
+}
+
 bool looks_like_obj(std::string_view start) {
-  const std::string line = first_line(start);
-  return line.starts_with("v ") || line.starts_with("mtllib ") || line.starts_with("o ") ||
-         line.starts_with("g ");
+  const std::string word = first_word(start);
+  return word == "v" || word == "mtllib" || word == "o" || word == "g";
 }
 
 // A format whose files may hold several scans.
@@ -78,8 +91,8 @@ opened_scan open_single(input_file& file, std::string_view start, const scan_opt
   const bool is_named_ptx = lower_case(file.path().extension().string()) == ".ptx";
   if (is_named_ptx && to_count(trim(first_line(start))))
     file.fail("has a damaged PTX header", "Export the scan again as PTX, E57, PLY, LAS or text (x y z)");
-  if (looks_like_obj(start))
-    file.fail("is an OBJ file, which this program does not read",
+  if (const bool is_off = looks_like_off(start); is_off || looks_like_obj(start))
+    file.fail(std::string("is an ") + (is_off ? "OFF" : "OBJ") + " file, which this program does not read",
               "Export its vertices as PLY or text (x y z)");
   return open_text(file, options);
 }

@@ -111,6 +111,8 @@ pcd_layout layout_of(const input_file& file, pcd_header header) {
     header.sizes.assign(fields, "4");
     header.types.assign(fields, "f");
   }
+  if (header.sizes.empty() || header.types.empty())
+    file.fail("has a PCD header without SIZE or TYPE", export_pcd_again);
   if (header.sizes.size() != fields || header.types.size() != fields ||
       (!header.counts.empty() && header.counts.size() != fields))
     file.fail("has a PCD header whose FIELDS, SIZE, TYPE and COUNT differ in length", export_pcd_again);
@@ -243,6 +245,10 @@ opened_scan open_pcd(input_file& file, const scan_options& options) {
   const pcd_header header = parse_pcd_header(file);
   const pcd_layout layout = layout_of(file, header);
   opened_scan scan{open_points(file, header, layout, options), {.format = "PCD, " + header.data}};
+  if (header.data == "ascii"
+          ? has_text_behind(file)
+          : header.data == "binary" && file.remaining() / layout.record_size > scan.points->size())
+    scan.header.notes.push_back(note_on_more_points(scan.points->size(), "further data"));
   for (const std::string& field : header.fields)
     if (field != "x" && field != "y" && field != "z" && field != "_") scan.header.attributes.push_back(field);
   return scan;

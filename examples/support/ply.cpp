@@ -112,7 +112,9 @@ class ascii_values {
 
   double next(scalar) {
     const auto value = field_ ? to_number(*field_) : std::nullopt;
-    if (!value) file_.fail_at_line("has too few numbers, or something else among them", export_ply_again);
+    if (!value)
+      file_.fail_at_line("has too few numbers with blanks between them, or something else among them",
+                         export_ply_again);
     field_ = fields_.next();
     return *value;
   }
@@ -281,12 +283,27 @@ const ply_element& require_positions(const input_file& file, const ply_header& h
   return *vertex;
 }
 
+// Whether data follow the points, once they were opened, that no element announces.
+bool has_more_points(input_file& file, const ply_header& header, const ply_element& vertex) {
+  for (const ply_element& element : header.elements)
+    if (&element > &vertex && element.count > 0) return false;
+  if (header.format == "ascii") return has_text_behind(file);
+  std::uint64_t record = 0;
+  for (const ply_property& property : vertex.properties) {
+    if (property.count_type) return file.remaining() > 0;  // these were read
+    record += size_of(property.type);
+  }
+  return file.remaining() / record > vertex.count;
+}
+
 }  // namespace
 
 opened_scan open_ply(input_file& file, const scan_options& options) {
   const ply_header header = parse_ply_header(file);
   const ply_element& vertex = require_positions(file, header);
   opened_scan scan{open_points(file, header, options), {.format = "PLY, " + header.format}};
+  if (has_more_points(file, header, vertex))
+    scan.header.notes.push_back(note_on_more_points(vertex.count, "further data"));
   for (const ply_property& property : vertex.properties)
     if (axis_of(property) < 0) scan.header.attributes.push_back(property.name);
   return scan;

@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -105,7 +106,11 @@ struct scan_header {
   std::optional<Eigen::Isometry3d> pose = {};  ///< survey_from_file; reported, not applied
   std::vector<std::string> attributes = {};    ///< of each point besides x, y and z, as the file names them
   std::optional<las_frame> las = {};
+  std::vector<std::string> notes = {};  ///< what is odd about the file, and how it was read
 };
+
+/// The note on points behind those that a header announces, which are not read.
+std::string note_on_more_points(std::uint64_t announced, std::string_view more);
 
 /// A scan as a reader opens it.
 struct opened_scan {

@@ -184,6 +184,7 @@ std::string name_of(const std::filesystem::path& scan) {
 opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& options) {
   std::vector<std::unique_ptr<point_source>> parts;
   std::optional<scan_header> header;
+  std::vector<std::string> notes;
   for (const auto& name : find_scans({folder})) {
     opened_scan part = open_numbered_scan(name, options);
     if (!header) header = part.header;
@@ -191,10 +192,12 @@ opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& 
       throw file_error(folder, "holds scans whose headers have poses of their own: they are not in one frame",
                        "Leave out --tiles, or export the tiles in one frame");
     if (part.header.format != header->format) header->format = "several formats";
+    for (const std::string& note : part.header.notes) notes.push_back(name.filename().string() + ": " + note);
     join(header->las, part.header.las);
     parts.push_back(std::move(part.points));
   }
   header->format += ", " + std::to_string(parts.size()) + " tiles";
+  header->notes = std::move(notes);
   return {std::make_unique<joined_points>(std::move(parts)), *std::move(header)};
 }
 

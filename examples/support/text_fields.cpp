@@ -145,6 +145,12 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
   return all;
 }
 
+bool has_text_behind(input_file& file) {
+  while (const auto line = file.read_line())
+    if (!trim(*line).empty()) return true;
+  return false;
+}
+
 std::vector<std::string> names_behind_xyz(std::size_t columns) {
   if (columns == 4) return {"intensity"};
   if (columns == 6) return {"red", "green", "blue"};

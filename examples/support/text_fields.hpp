@@ -72,6 +72,9 @@ void read_behind_xyz(std::string_view line, char separator, std::size_t count, c
   }
 }
 
+/// Whether a line with something in it follows. Moves the cursor.
+bool has_text_behind(input_file& file);
+
 /// What the columns of a scan without a header are, x, y and z first: those that scanners' programs write, of
 /// 4, 6 or 7 columns, are known; others are `column_4` and so on.
 std::vector<std::string> names_behind_xyz(std::size_t columns);

@@ -42,7 +42,7 @@ inline std::string decoded_records(const std::filesystem::path& path) {
                                   records.laszip->items.front().version};
   laz::chunk_decoder decoder(file, layout);
   std::string decoded;
-  for (const laz::chunk& chunk : laz::locate_chunks(file, header, *records.laszip, layout)) {
+  for (const laz::chunk& chunk : laz::locate_chunks(file, header, *records.laszip, layout).chunks) {
     std::string part(chunk.count * header.record_size, '\0');
     decoder.decode_records(chunk, part);
     decoded += part;

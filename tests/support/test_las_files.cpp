@@ -110,9 +110,59 @@ TEST_CASE("a LAS file without points is an empty scan, and one that does not cou
   CHECK(read_las_file(directory.file("a.las", las(header_size_1_2, 0, 0))).size() == 2);
   std::string odd = las(header_size_1_2, 0, 0);
   odd.pop_back();
-  CHECK(read_las_file(directory.file("odd.las", odd)).empty());
+  CHECK(read_las_file(directory.file("odd.las", odd)).size() == 1);
   CHECK(
       read_las_file(directory.file("b.las", las(header_size_1_2, 0, 0).substr(0, header_size_1_2))).empty());
+}
+
+TEST_CASE("a LAS file that counts no points or too few is read, and that is noted") {
+  const temporary_directory directory;
+  const auto notes_of = [&](const std::string& bytes) {
+    return open_scan(directory.file("a.las", bytes)).header().notes;
+  };
+  CHECK(notes_of(las(header_size_1_2, 3, 2)).empty());
+  CHECK(notes_of(las(header_size_1_2, 3, 2) + "tail").empty());
+  const std::string uncounted = las(header_size_1_2, 3, 0);
+  for (const std::string& bytes :
+       {uncounted, uncounted + std::string(record_size - 1, '\x01'), uncounted + "tail"}) {
+    require_two_points(directory.file("a.las", bytes));
+    REQUIRE(notes_of(bytes).size() == 1);
+    CHECK(notes_of(bytes)[0].find("announces no points") != std::string::npos);
+  }
+  CHECK(read_las_file(directory.file("a.las", uncounted.substr(0, uncounted.size() - 1))).size() == 1);
+  const std::string too_few = las(header_size_1_2, 3, 1);
+  CHECK(read_las_file(directory.file("a.las", too_few)).size() == 1);
+  REQUIRE(notes_of(too_few).size() == 1);
+  CHECK(notes_of(too_few)[0].find("announces 1 points, and the file holds bytes of 1 more") !=
+        std::string::npos);
+  std::string wave_packets = too_few;
+  put_at(wave_packets, 6, std::uint16_t(2));
+  CHECK(notes_of(wave_packets).empty());
+}
+
+TEST_CASE("LAS points that begin where records do are refused, and a box that contradicts points is noted") {
+  const temporary_directory directory;
+  for (const char* user : {"x", "LASF_Projection"}) {
+    std::string bytes = las(header_size_1_2, 3, 2, variable_record(user));
+    put_at(bytes, at_variable_records, std::uint32_t(1));
+    put_at(bytes, at_points, std::uint32_t(header_size_1_2));
+    require_error(directory.file("a.las", bytes), read_file, "where there are other records",
+                  "Copy or export");
+  }
+  const auto notes_for_box = [&](double min, double max) {
+    std::string bytes = las(header_size_1_2, 3, 2);
+    for (const std::size_t at : {179, 195, 211}) {
+      put_at(bytes, at, max);
+      put_at(bytes, at + 8, min);
+    }
+    return open_scan(directory.file("a.las", bytes)).header().notes.size();
+  };
+  CHECK(notes_for_box(2000, 3000) == 1);
+  CHECK(notes_for_box(-1000, 1000) == 0);
+  CHECK(notes_for_box(450, 1000) == 0);  // off by no more than its size
+  CHECK(notes_for_box(0, 0) == 0);
+  CHECK(notes_for_box(1000, -1000) == 0);
+  CHECK(notes_for_box(std::numeric_limits<double>::quiet_NaN(), 1) == 0);
 }
 
 TEST_CASE("a LAS file that announces more variable records than it has is read") {

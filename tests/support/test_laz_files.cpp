@@ -160,6 +160,21 @@ TEST_CASE("files that are compressed in a way that is not read are refused by na
                 (directory / "b.uncompressed.las").string());
 }
 
+TEST_CASE("a compressed file with chunks behind the points that it announces is read, and that is noted") {
+  const temporary_directory directory;
+  for (const made_file& made : made_files) {
+    INFO(made.name);
+    CHECK(open_las_file(path_of(made)).header.notes.empty());
+    std::string bytes = bytes_of(path_of(made));
+    put_at(bytes, at_count, std::uint32_t(1));
+    if (made.format >= 6) put_at(bytes, at_count_1_4, std::uint64_t(1));
+    const opened_scan scan = open_las_file(directory.file("a.laz", bytes));
+    CHECK(scan.points->size() == 1);
+    REQUIRE(scan.header.notes.size() == 1);
+    CHECK(scan.header.notes[0].find("announces 1 points") != std::string::npos);
+  }
+}
+
 TEST_CASE("a compressed file that announces more points than it holds is refused") {
   const temporary_directory directory;
   for (const made_file& made : made_files) {

@@ -140,6 +140,28 @@ TEST_CASE("a PCD without points is an empty scan") {
     CHECK(read_scan(directory.file("a.pcd", header("0", data))).empty());
 }
 
+TEST_CASE("a PCD that holds more than it announces is read as announced, and that is noted") {
+  const temporary_directory directory;
+  std::string binary = header("1", "binary");
+  for (const Eigen::Vector3d& p : two_points) put_point(binary, p);
+  for (const std::string& bytes : {binary, header("1", "ascii") + "1 1 1 1.5 -2 3 9\n1 1 1 4 5.25 -6 9\n"}) {
+    const scan_file scan = open_scan(directory.file("a.pcd", bytes));
+    CHECK(scan.size() == 1);
+    REQUIRE(scan.header().notes.size() == 1);
+    CHECK(scan.header().notes[0].find("announces 1 points") != std::string::npos);
+  }
+  put(binary, std::uint8_t(0));
+  binary.replace(binary.find("POINTS 1"), 8, "POINTS 2");
+  CHECK(open_scan(directory.file("a.pcd", binary)).header().notes.empty());
+}
+
+TEST_CASE("a PCD with tabs in its header and without a first comment is read") {
+  const temporary_directory directory;
+  const std::string bytes =
+      "VERSION\t.7\nFIELDS\tx\ty\tz\nSIZE\t4\t4\t4\nTYPE\tF\tF\tF\nPOINTS\t2\nDATA\tascii\n";
+  CHECK(read_scan(directory.file("a.pcd", bytes + "1.5\t-2\t3\n4 5.25 -6\n")) == two_points);
+}
+
 TEST_CASE("a PCD header that makes no sense is refused") {
   const temporary_directory directory;
   const auto require = [&](const std::string& bytes, const std::string& problem, const std::string& remedy) {
@@ -148,6 +170,7 @@ TEST_CASE("a PCD header that makes no sense is refused") {
   require("FIELDS x y z\nSIZE 4 4 4\n", "without its DATA line", "again");
   require("FIELDS x y\nSIZE 4 4\nTYPE F F\nPOINTS 1\nDATA ascii\n1 2\n", "fields x, y and z", "Export");
   require("FIELDS x y z\nSIZE 4 4\nTYPE F F F\nPOINTS 1\nDATA ascii\n1 2 3\n", "differ in length", "Export");
+  require("FIELDS x y z\nTYPE F F F\nPOINTS 1\nDATA binary\n", "without SIZE or TYPE", "Export");
   require("FIELDS x y z\nSIZE 4 4 3\nTYPE F F F\nPOINTS 1\nDATA ascii\n1 2 3\n", "field 'z'", "Export");
   require("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 999999999999\nPOINTS 1\nDATA ascii\n1 2 3\n",
           "field 'z'", "Export");

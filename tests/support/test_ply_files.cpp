@@ -122,6 +122,30 @@ TEST_CASE("a PLY without points is an empty scan") {
     CHECK(read_scan(directory.file("a.ply", header(format, "element vertex 0\n" + xyz_float))).empty());
 }
 
+TEST_CASE("a PLY that holds more than it announces is read as announced, and that is noted") {
+  const temporary_directory directory;
+  const auto notes_of = [&](const std::string& bytes) {
+    return open_scan(directory.file("a.ply", bytes)).header().notes;
+  };
+  for (const std::string count : {"0", "1"}) {
+    const std::string text =
+        header("ascii", "element vertex " + count + "\n" + xyz_float) + "1 2 3\n4 5 6\n\n";
+    CHECK(read_scan(directory.file("a.ply", text)).size() == (count == "1"));
+    REQUIRE(notes_of(text).size() == 1);
+    CHECK(notes_of(text)[0].find("announces " + count + " points") != std::string::npos);
+    const std::string binary =
+        header("binary_little_endian", "element vertex " + count + "\n" + xyz_float) + std::string(24, '\0');
+    CHECK(read_scan(directory.file("a.ply", binary)).size() == (count == "1"));
+    CHECK(notes_of(binary).size() == 1);
+  }
+  CHECK(notes_of(header("ascii", "element vertex 2\n" + xyz_float) + "1 2 3\n4 5 6\n \n").empty());
+  CHECK(notes_of(header("binary_little_endian", "element vertex 2\n" + xyz_float) + std::string(26, '\0'))
+            .empty());
+  CHECK(notes_of(header("ascii", "element vertex 1\n" + xyz_float + "element face 1\nproperty int a\n") +
+                 "1 2 3\n4\n")
+            .empty());
+}
+
 TEST_CASE("a PLY is known by its content, whatever its name") {
   const temporary_directory directory;
   const std::string bytes = header("ascii", "element vertex 1\n" + xyz_float) + "1 2 3\n";

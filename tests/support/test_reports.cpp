@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "catch.hpp"
+#include "file_checks.hpp"
 #include "support/scan_files.hpp"
 
 namespace globalmatch::support::test_reports {
@@ -36,6 +37,18 @@ stem_map healthy_map() {
 
 TEST_CASE("a healthy map has no warnings") {
   CHECK(warnings_of(healthy_map(), {}, false).empty());
+}
+
+TEST_CASE("what is odd about the file of a scan is said before what is odd about its map") {
+  const temporary_directory directory;
+  const scan_file scan = open_scan(directory.file(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+      "z\nend_header\n1 2 3\n4 5 6\n"));
+  const std::vector<warning> warnings = warnings_of(stem_map(), scan, false);
+  REQUIRE(warnings.size() > 1);
+  CHECK(warnings[0].code == "scan_file");
+  CHECK(warnings[0].text.find("announces 1 points") != std::string::npos);
 }
 
 TEST_CASE("what is wrong with a scan is said, each by its code") {

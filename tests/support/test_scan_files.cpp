@@ -29,6 +29,16 @@ TEST_CASE("what is no scan is refused with the formats that are") {
                 "unknown format");
 }
 
+TEST_CASE("meshes in text are refused by name, and not read as points") {
+  const temporary_directory directory;
+  for (const char* start : {"OFF\n4 2 0\n", "# c\nCOFF\n4 0 0\n", "STNOFF 4 2 0\n", "off\r\n4 2 0\r\n"})
+    require_error(directory.file("a.txt", start + std::string("1 2 3\n4 5 6\n7 8 9\n1 1 1\n")), read_scan,
+                  "is an OFF file", "PLY or text");
+  for (const char* start : {"v 1 2 3\n", "mtllib a\n", "o\ta\n"})
+    require_error(directory.file("a.xyz", start + std::string("v 4 5 6\n")), read_scan, "is an OBJ file",
+                  "PLY or text");
+}
+
 TEST_CASE("a file that is one comment without a line end is refused") {
   const temporary_directory directory;
   for (const char* text : {"# c", "#", "# .PC", "#\n#", "\n", "\r"})

@@ -188,6 +188,12 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
   return warnings;
 }
 
+std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked) {
+  std::vector<warning> warnings = warnings_of(map, scan.marked(), keeps_marked);
+  for (const std::string& note : scan.header().notes) warnings.insert(warnings.begin(), {"scan_file", note});
+  return warnings;
+}
+
 std::vector<warning> warnings_of(const stem_table& table) {
   std::vector<warning> warnings;
   for (const std::string& note : table.notes) warnings.push_back({"stem_file", note});

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "support/progress_bar.hpp"
+#include "support/scan_files.hpp"
 #include "support/stem_files.hpp"
 #include "support/warnings.hpp"
 
@@ -55,6 +56,9 @@ nlohmann::ordered_json describe(const stem_map& map);
 
 /// Those of the map, after one of points that the file marks.
 std::vector<warning> warnings_of(const stem_map& map, const marked_points& marked, bool keeps_marked);
+
+/// The same of a scan that was mapped, after what is odd about its file.
+std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked);
 
 /// Of what was understood of the file of a stem map.
 std::vector<warning> warnings_of(const stem_table& table);

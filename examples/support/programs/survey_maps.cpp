@@ -4,6 +4,7 @@
 
 #include <exception>
 #include <fstream>
+#include <iostream>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -111,6 +112,7 @@ survey_map survey_mapper::map(const survey_input& input, const execution& exec) 
   }
   try {
     const scan_file scan = open_scan(input.path, options_.for_reading());
+    for (const std::string& note : scan.header().notes) std::cerr << input.name << ": " << note << '\n';
     mapping_options mapping = options_.for_mapping();
     mapping.scanner.reset();  // surveys do not ask what scanners saw
     result.map = map_stems(scan, mapping, options_.up_direction(), exec);
