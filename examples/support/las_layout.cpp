@@ -192,6 +192,7 @@ void add_records(const attribute_places& places, std::size_t scans, las_layout& 
   }
   for (std::size_t s = 0; s < scans; ++s) {
     layout.records.scans[s].prototype.assign(size, '\0');
+    put_missing(layout.extra_fields, layout.records.scans[s]);
     for (std::size_t byte = 0; byte < size_of(number); ++byte)
       layout.records.scans[s].prototype[layout.extra_fields.front().offset + byte] =
           static_cast<char>((s + 1) >> (8 * byte));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "globalmatch/detail/core/threads.hpp"
 
@@ -71,6 +72,16 @@ void record_maker::put_coordinates(const placed_scan& scan, const output_records
 }
 
 }  // namespace
+
+void put_missing(std::span<const record_field> fields, scan_records& scan) {
+  for (const record_field& field : fields) {
+    const bool has_it = std::any_of(scan.fields.begin(), scan.fields.end(),
+                                    [&](const mapped_field& f) { return f.to.offset == field.offset; });
+    char* at = scan.prototype.data() + field.offset;
+    if (!has_it && field.what.type == scalar::float32) store(at, std::numeric_limits<float>::quiet_NaN());
+    if (!has_it && field.what.type == scalar::float64) store(at, std::numeric_limits<double>::quiet_NaN());
+  }
+}
 
 points_extent extent_of(const placed_scan& scan, int threads) {
   const std::size_t size = scan.scan->size();

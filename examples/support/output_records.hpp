@@ -29,6 +29,10 @@ struct scan_records {
   std::vector<mapped_field> fields;
 };
 
+/// Puts not-a-number in the prototype of a scan for the fields that it does not have, if they hold it:
+/// integers stay 0.
+void put_missing(std::span<const record_field> fields, scan_records& scan);
+
 /// Coordinates as integers * scale + offset, of 32 bits each.
 struct coordinate_grid {
   Eigen::Vector3d scale, offset;

@@ -59,6 +59,7 @@ output_records make_ply_records(std::span<const placed_scan> scans, std::vector<
   }
   for (std::size_t s = 0; s < scans.size(); ++s) {
     layout.scans[s].prototype.assign(layout.record_size, '\0');
+    put_missing(fields, layout.scans[s]);
     for (std::size_t k = 0; k < 3; ++k)
       layout.scans[s].prototype[fields[3 + k].offset] = static_cast<char>(scans[s].colour[k]);
   }
