@@ -27,8 +27,11 @@ void require_regular(const std::filesystem::path& path) {
   namespace fs = std::filesystem;
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
+  const bool is_pattern = path.string().find_first_of("*?") != std::string::npos;
   if (status.type() == fs::file_type::not_found)
-    throw file_error(path, "does not exist", "Check the spelling and the current directory");
+    throw file_error(path, "does not exist",
+                     is_pattern ? "Patterns are not taken here: name one file, or with --tiles a folder"
+                                : "Check the spelling and the current directory");
   if (error) throw file_error(path, "cannot be opened (" + error.message() + ")", "Check its permissions");
   if (fs::is_directory(status))
     throw file_error(path, "is a folder", "Name a file in it; a folder of tiles of one scan needs --tiles");

@@ -33,6 +33,7 @@ constexpr std::string_view from_cloudcompare =
 constexpr known_format formats[] = {
     {"RIEGL RDB 2", "RIEGL LMS RDB 2 POINTCLOUD FILE", ".rdbx", from_riscan},
     {"RIEGL RXP", "", ".rxp", from_riscan},
+    {"RIEGL RiSCAN PRO", "", ".riscan", from_riscan},
     {"RIEGL 3DD", "", ".3dd", from_riscan},
     {"FARO scan", "", ".fls", from_scene},
     {"FARO workspace", "", ".fws", from_scene},
@@ -58,23 +59,31 @@ bool is_text(std::string_view start) {
   });
 }
 
+makers_format describe_format(const known_format& format) {
+  return {"is a " + std::string(format.name) + " file, which this program does not read",
+          std::string(format.remedy)};
+}
+
 }  // namespace
 
 std::optional<makers_format> recognise_makers_format(std::string_view start,
                                                      const std::filesystem::path& path) {
   if (is_text(start)) return std::nullopt;
-  const std::string extension = lower_case(path.extension().string());
   const auto has_signature = [&](const known_format& format) {
     return !format.signature.empty() && start.starts_with(format.signature);
   };
-  const auto has_extension = [&](const known_format& format) {
-    return !format.extension.empty() && extension == format.extension;
-  };
   const known_format* found = std::find_if(std::begin(formats), std::end(formats), has_signature);
-  if (found == std::end(formats)) found = std::find_if(std::begin(formats), std::end(formats), has_extension);
+  return found == std::end(formats) ? recognise_makers_name(path) : describe_format(*found);
+}
+
+std::optional<makers_format> recognise_makers_name(const std::filesystem::path& path) {
+  const bool has_name = path.has_filename();  // folder/ has none
+  const std::string extension = lower_case((has_name ? path : path.parent_path()).extension().string());
+  const known_format* found = std::find_if(
+      std::begin(formats), std::end(formats),
+      [&](const known_format& format) { return !extension.empty() && extension == format.extension; });
   if (found == std::end(formats)) return std::nullopt;
-  return makers_format{"is a " + std::string(found->name) + " file, which this program does not read",
-                       std::string(found->remedy)};
+  return describe_format(*found);
 }
 
 }  // namespace globalmatch::support

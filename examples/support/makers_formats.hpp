@@ -21,4 +21,7 @@ struct makers_format {
 std::optional<makers_format> recognise_makers_format(std::string_view start,
                                                      const std::filesystem::path& path);
 
+/// The same of a folder, or of a file that is not opened, by extension alone.
+std::optional<makers_format> recognise_makers_name(const std::filesystem::path& path);
+
 }  // namespace globalmatch::support

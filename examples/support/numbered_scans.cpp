@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "support/e57.hpp"
+#include "support/file_error.hpp"
 #include "support/input_file.hpp"
 #include "support/las.hpp"
 #include "support/makers_formats.hpp"
@@ -131,6 +132,10 @@ std::vector<std::filesystem::path> scans_in(const std::filesystem::path& path) {
 
 opened_scan open_numbered_scan(const std::filesystem::path& name, const scan_options& options) {
   const numbered_scan scan = parse_scan_name(name);
+  std::error_code ignored;
+  const auto makers = recognise_makers_name(scan.path);
+  if (makers && std::filesystem::is_directory(scan.path, ignored))
+    throw file_error(scan.path, makers->problem, makers->remedy);
   input_file file(scan.path);
   const std::string_view start = file.peek(start_size);
   if (start.empty()) file.fail("is empty", "Copy or export the scan again");

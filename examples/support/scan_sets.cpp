@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iostream>
 #include <limits>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "support/class_counts.hpp"
 #include "support/file_error.hpp"
+#include "support/makers_formats.hpp"
 #include "support/numbered_scans.hpp"
 #include "support/text_fields.hpp"
 #include "support/wildcards.hpp"
@@ -46,13 +48,42 @@ std::vector<std::filesystem::path> scan_files_in(const std::filesystem::path& fo
   return files;
 }
 
+// What is in a folder in formats that only makers' programs read, which may be folders.
+std::vector<std::filesystem::path> makers_files_in(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  std::error_code error;
+  for (std::filesystem::directory_iterator at(folder, error), end; !error && at != end; at.increment(error))
+    if (recognise_makers_name(at->path())) files.push_back(at->path());
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// What is passed over in a folder that has scans; nothing where there is none.
+std::optional<std::string> note_on_makers_files(const std::filesystem::path& folder) {
+  const std::vector<std::filesystem::path> files = makers_files_in(folder);
+  if (files.empty()) return std::nullopt;
+  const auto makers = recognise_makers_name(files.front());
+  return std::to_string(files.size()) +
+         " files of makers are passed over: " + files.front().filename().string() + ' ' + makers->problem +
+         ". " + makers->remedy;
+}
+
 std::vector<std::filesystem::path> require_scan_files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files = scan_files_in(folder);
-  if (files.empty())
-    throw file_error(
-        folder, "holds no scans",
-        "Those have the extensions .ply .pcd .las .laz .e57 .ptx .pts .xyz; name others by file");
-  return files;
+  if (!files.empty()) return files;
+  std::vector<std::filesystem::path> others = makers_files_in(folder);
+  others.push_back(folder);  // which may be a maker's itself
+  if (const auto makers = recognise_makers_name(others.front()))
+    throw file_error(others.front(), makers->problem, makers->remedy);
+  throw file_error(folder, "holds no scans",
+                   "Those have the extensions .ply .pcd .las .laz .e57 .ptx .pts .xyz; name others by file");
+}
+
+std::vector<std::filesystem::path> scans_in_folder(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> scans;
+  for (const auto& file : require_scan_files_in(folder))
+    for (auto& scan : scans_in(file)) scans.push_back(std::move(scan));
+  return scans;
 }
 
 // Attributes need the longest records, and coordinates the finest steps.
@@ -162,8 +193,9 @@ std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem:
       scans.push_back(name);
       continue;
     }
-    for (const auto& file : is_folder ? require_scan_files_in(name) : std::vector{name})
-      for (auto& scan : scans_in(file)) scans.push_back(std::move(scan));
+    for (auto& scan : is_folder ? scans_in_folder(name) : scans_in(name)) scans.push_back(std::move(scan));
+    if (const auto note = is_folder ? note_on_makers_files(name) : std::nullopt)
+      std::cerr << name.string() << ": " << *note << '\n';
   }
   return scans;
 }
@@ -185,7 +217,8 @@ opened_scan open_tiles(const std::filesystem::path& folder, const scan_options& 
   std::vector<std::unique_ptr<point_source>> parts;
   std::optional<scan_header> header;
   std::vector<std::string> notes;
-  for (const auto& name : find_scans({folder})) {
+  if (auto note = note_on_makers_files(folder)) notes.push_back(*std::move(note));
+  for (const auto& name : scans_in_folder(folder)) {
     opened_scan part = open_numbered_scan(name, options);
     if (!header) header = part.header;
     if (!is_same_pose(part.header.pose, header->pose))

@@ -159,7 +159,10 @@ std::string write_transform_form(const std::filesystem::path& path,
   switch (*form_of(path)) {
     case form::posed_copy:
       write_posed_copy(path, source, posed.survey_from_source);
-      return "CloudCompare " + quoted_path(path);
+      return "CloudCompare " + quoted_path(path) +
+             (scans_in(parse_scan_name(source).path).size() > 1
+                  ? ": only the scan of " + quoted_path(source) + " has another pose, the others keep theirs"
+                  : "");
     case form::cloudcompare:
       return write_for_cloudcompare(path, centre(posed.survey_from_loaded, posed.near_loaded_points), source);
     case form::pdal:

@@ -43,6 +43,28 @@ TEST_CASE("register_survey places stem maps, and writes poses, matrices, links a
   CHECK(trees.has_heights);
 }
 
+TEST_CASE("register_survey takes patterns and folders of stem maps, and no standard input") {
+  const temporary_directory directory;
+  write_three(directory);
+  const auto report_of = [&](const std::string& out) {
+    return nlohmann::json::parse(bytes_of(directory / (out + "/survey.json")));
+  };
+  REQUIRE(call(directory, "register_survey", "--stem-maps 's?.csv' --out-dir a").status == 0);
+  CHECK(report_of("a")["components"] == 1);
+  CHECK(std::filesystem::exists(directory / "a/T_s3.txt"));
+  std::filesystem::create_directory(directory / "maps");
+  for (const char* name : {"s1.csv", "s2.csv", "s3.csv"})
+    std::filesystem::rename(directory / name, directory / "maps" / name);
+  REQUIRE(call(directory, "register_survey", "--stem-maps maps --out-dir b").status == 0);
+  CHECK(bytes_of(directory / "b/poses.csv") == bytes_of(directory / "a/poses.csv"));
+  const auto none = call(directory, "register_survey", "--stem-maps 'x*.csv' --out-dir c");
+  CHECK(none.status == 2);
+  CHECK_THAT(none.complaint, Contains("matches no file"));
+  const auto piped = call(directory, "register_survey", "- --out-dir d");
+  CHECK(piped.status == 2);
+  CHECK_THAT(piped.complaint, Contains("SCAN -: a survey reads its scans several times"));
+}
+
 TEST_CASE("register_survey gives the same bytes whatever the order of its inputs and the number of threads") {
   const temporary_directory directory;
   write_three(directory);

@@ -249,6 +249,17 @@ TEST_CASE("what is no such file, the file itself, and scans that are not there a
   CHECK_FALSE(std::filesystem::exists(copy));
 }
 
+TEST_CASE("a copy with the pose of one scan of several says that the others keep theirs") {
+  const temporary_directory directory;
+  const std::string scan = "1\n2\n" + ptx_pose + ptx_points;
+  const auto one = directory.file("one.ptx", scan), two = directory.file("two.ptx", scan + scan);
+  const auto line_for = [&](const std::string& source) {
+    return write_transform_form(directory / "copy.ptx", a_pose(), Eigen::Vector3d::Zero(), source);
+  };
+  CHECK_THAT(line_for(two.string() + "#2"), Catch::Contains("the others keep theirs"));
+  CHECK_THAT(line_for(one.string()), !Catch::Contains("the others keep theirs"));
+}
+
 TEST_CASE("as a form of a transform the pose is that of the target times the transform") {
   const temporary_directory directory;
   const auto path = directory.file("a.ptx", "1\n2\n" + ptx_pose + ptx_points), copy = directory / "b.ptx";

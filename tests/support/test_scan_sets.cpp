@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <functional>
 
 #include "catch.hpp"
 #include "file_checks.hpp"
@@ -44,6 +45,41 @@ TEST_CASE("a folder without scans is refused, and one without --tiles is no scan
   require_error(directory.path(), read_scan, "is a folder", "--tiles");
   const auto open = [](const std::filesystem::path& path) { open_scan(path, {.tiles = true}); };
   require_error(directory.path(), open, "holds no scans", ".laz");
+}
+
+TEST_CASE("makers' formats in a folder are refused with their export, or said to be passed over") {
+  const auto find = [](const std::filesystem::path& path) { find_scans({path}); };
+  const auto open_tiles_in = [](const std::filesystem::path& path) {
+    return open_scan(path, {.tiles = true});
+  };
+  for (const std::string name : {"a.fls", "b.RXP", "c.zfs"}) {
+    const temporary_directory directory;
+    const auto file = directory.file(name, std::string("\1\0\2", 3));
+    for (const auto& read : {std::function<void(std::filesystem::path)>(find),
+                             std::function<void(std::filesystem::path)>(open_tiles_in)})
+      CHECK_THAT(error_of([&] { read(directory.path()); }),
+                 Catch::Contains(file.string()) && Catch::Contains("Export each"));
+    write_ply(directory / "a.ply", points{{1, 2, 3}});
+    CHECK(find_scans({directory.path()}) == std::vector<std::filesystem::path>{directory / "a.ply"});
+    const scan_file tiles = open_tiles_in(directory.path());
+    REQUIRE(tiles.header().notes.size() == 1);
+    CHECK_THAT(tiles.header().notes[0], Catch::Contains("1 files of makers are passed over: " + name));
+  }
+  for (const std::string name : {"scan.fls", "p.RiSCAN"}) {
+    const temporary_directory directory;
+    std::filesystem::create_directory(directory / name);
+    const auto folder = directory / name / "";
+    require_error(directory / name, find, "which this program does not read", "Export each");
+    require_error(folder, find, "which this program does not read", "Export each");
+    require_error(folder, read_scan, "which this program does not read", "Export each");
+    CHECK_THAT(error_of([&] { find(directory.path()); }), Catch::Contains(name));
+  }
+}
+
+TEST_CASE("a pattern is not taken where one file is, and the message says so") {
+  const temporary_directory directory;
+  require_error(directory / "*.las", read_scan, "does not exist", "Patterns are not taken here");
+  require_error(directory / "a.las", read_scan, "does not exist", "Check the spelling");
 }
 
 TEST_CASE("scans with poses of their own are no tiles") {

@@ -1,21 +1,24 @@
 #include "support/programs/survey_command.hpp"
 
 #include <stdexcept>
+#include <system_error>
 
 #include "support/atomic_file.hpp"
 #include "support/programs/survey_inputs.hpp"
 #include "support/report/report_file.hpp"
 #include "support/scan_sets.hpp"
 #include "support/scan_writer.hpp"
+#include "support/wildcards.hpp"
 
 namespace globalmatch::support {
 
 void survey_command::add_to(CLI::App& app) {
   auto* scans_given =
       app.add_option("SCAN", scans, "scans, or folders of them; name#K: scan K of a file of several");
-  auto* stem_maps_given = app.add_option("--stem-maps", stem_maps, "stem maps (CSV) in place of scans")
-                              ->excludes(scans_given)
-                              ->type_name("CSV");
+  auto* stem_maps_given =
+      app.add_option("--stem-maps", stem_maps, "stem maps (CSV), or folders of them, in place of scans")
+          ->excludes(scans_given)
+          ->type_name("CSV");
   app.add_option("--out-dir", out_dir,
                  "folder for poses.csv, links.csv, trees.csv, T_<scan>.txt, maps/, matches/, refined/")
       ->required()
@@ -80,6 +83,9 @@ void survey_command::add_to(CLI::App& app) {
 void survey_command::require_consistent() const {
   if (scans.empty() && stem_maps.empty())
     throw std::invalid_argument("SCAN: name scans, a folder of them, or --stem-maps");
+  for (const auto& name : scans)
+    if (parse_scan_name(name).path == "-")
+      throw std::invalid_argument("SCAN -: a survey reads its scans several times; save this one to a file");
   parse_part(part);
   if (only == "solve" && !part.empty())
     throw std::invalid_argument("--part " + part + ": to solve is one piece of work; leave it out");
@@ -99,7 +105,13 @@ void survey_command::prepare_folder() const {
 }
 
 std::vector<std::filesystem::path> survey_command::inputs() const {
-  return scans.empty() ? stem_maps : find_scans(scans, options.tiles);
+  if (!scans.empty()) return find_scans(scans, options.tiles);
+  std::vector<std::filesystem::path> patterns;
+  for (const auto& name : stem_maps) {
+    std::error_code ignored;
+    patterns.push_back(std::filesystem::is_directory(name, ignored) ? name / "*.csv" : name);
+  }
+  return expand_patterns(patterns);
 }
 
 }  // namespace globalmatch::support
