@@ -117,6 +117,10 @@ opened_scan read_points(input_file& file, const ptx_header& scan, bool with_attr
                     [&](std::size_t k, double value) { attributes.append(k, value); });
   }
   opened.header.pose = scan.pose;
+  if (!scan.pose)
+    opened.header.notes.emplace_back(
+        "the matrix in its header is no rotation and translation, and not known as a pose: programs that "
+        "apply it, as CloudCompare and PDAL do, show the scan elsewhere");
   opened.points = std::make_unique<points_in_memory>(std::move(points), std::move(attributes));
   return opened;
 }

@@ -68,6 +68,7 @@ TEST_CASE("the pose of a PTX scan takes its points to the survey: its matrix is 
   const temporary_directory directory;
   const opened_scan scan = open_ptx_file(directory.file("a.ptx", second_scan), 1);
   REQUIRE(scan.header.pose);
+  CHECK(scan.header.notes.empty());
   CHECK((*scan.header.pose * Eigen::Vector3d(1, 0, 0)).isApprox(Eigen::Vector3d(10, 21, 30)));
   CHECK((*scan.header.pose * Eigen::Vector3d(0, 2, 1)).isApprox(Eigen::Vector3d(8, 20, 31)));
 }
@@ -80,6 +81,8 @@ TEST_CASE("a PTX matrix that is not rigid is no pose") {
     const opened_scan scan = open_ptx_file(directory.file("a.ptx", bytes), 1);
     INFO(row);
     CHECK_FALSE(scan.header.pose);
+    REQUIRE(scan.header.notes.size() == 1);
+    CHECK(scan.header.notes[0].find("no rotation and translation") != std::string::npos);
     CHECK(scan.points->size() == 2);
   }
 }

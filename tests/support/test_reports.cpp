@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -49,6 +50,26 @@ TEST_CASE("what is odd about the file of a scan is said before what is odd about
   REQUIRE(warnings.size() > 1);
   CHECK(warnings[0].code == "scan_file");
   CHECK(warnings[0].text.find("announces 1 points") != std::string::npos);
+}
+
+TEST_CASE("coordinates in degrees are asked for where no stems were found") {
+  const temporary_directory directory;
+  points in_degrees, in_metres;
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Vector3d p(i % 10, i / 10 % 10, i / 100 * 2);
+    in_metres.push_back(p);
+    in_degrees.emplace_back(11.5 + p.x() / 73'000, 48.1 + p.y() / 111'000, p.z());
+  }
+  const scan_file degrees = open_scan(directory.file("d.xyz", [&] {
+    std::ostringstream text;
+    text.precision(12);
+    for (const Eigen::Vector3d& p : in_degrees) text << p.transpose() << '\n';
+    return text.str();
+  }()));
+  write_ply(directory / "m.ply", in_metres);
+  CHECK(has(warnings_of(stem_map(), degrees, false), "degrees"));
+  CHECK_FALSE(has(warnings_of(healthy_map(), degrees, false), "degrees"));
+  CHECK_FALSE(has(warnings_of(stem_map(), open_scan(directory / "m.ply"), false), "degrees"));
 }
 
 TEST_CASE("what is wrong with a scan is said, each by its code") {

@@ -1,5 +1,6 @@
 #include "support/programs/reports.hpp"
 
+#include <globalmatch/detail/mapping/scan_units.hpp>
 #include <globalmatch/registration.hpp>
 
 #include "support/atomic_file.hpp"
@@ -188,8 +189,25 @@ std::vector<warning> warnings_of(const stem_map& map, const marked_points& marke
   return warnings;
 }
 
+namespace {
+
+// Of a scan without stems whether it is as high as trees, and no wider in plan than a twig: 2 km are 0.02
+// degrees.
+bool looks_like_degrees(const scan_file& scan) {
+  constexpr double max_width = 0.02, min_height = 1;
+  const std::vector<detail::vec3> points = detail::points_all_over(scan);
+  if (points.empty()) return false;
+  const double x = detail::robust_range(points, 0).width(), y = detail::robust_range(points, 1).width();
+  return x > 0 && y > 0 && std::max(x, y) < max_width && detail::robust_range(points, 2).width() > min_height;
+}
+
+}  // namespace
+
 std::vector<warning> warnings_of(const stem_map& map, const scan_file& scan, bool keeps_marked) {
   std::vector<warning> warnings = warnings_of(map, scan.marked(), keeps_marked);
+  if (map.stems.empty() && looks_like_degrees(scan))
+    warnings.insert(warnings.begin(),
+                    {"degrees", "are coordinates in degrees? Project them: metres are needed, as in UTM"});
   for (const std::string& note : scan.header().notes) warnings.insert(warnings.begin(), {"scan_file", note});
   return warnings;
 }
