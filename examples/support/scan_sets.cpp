@@ -193,9 +193,9 @@ std::vector<std::filesystem::path> find_scans(const std::vector<std::filesystem:
       scans.push_back(name);
       continue;
     }
-    for (auto& scan : is_folder ? scans_in_folder(name) : scans_in(name)) scans.push_back(std::move(scan));
-    if (const auto note = is_folder ? note_on_makers_files(name) : std::nullopt)
+    if (const auto note = is_folder && holds_scans(name) ? note_on_makers_files(name) : std::nullopt)
       std::cerr << name.string() << ": " << *note << '\n';
+    for (auto& scan : is_folder ? scans_in_folder(name) : scans_in(name)) scans.push_back(std::move(scan));
   }
   return scans;
 }
