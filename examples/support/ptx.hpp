@@ -5,9 +5,11 @@
 
 #include <cstddef>
 #include <ostream>
+#include <span>
 #include <string_view>
 
 #include "support/input_file.hpp"
+#include "support/numbered_scans.hpp"
 #include "support/point_source.hpp"
 
 namespace globalmatch::support {

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
+#include <fstream>
+#include <iomanip>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -274,6 +276,31 @@ TEST_CASE("an output that cannot be written ends in status 2 before anything els
 }
 
 #ifdef GLOBALMATCH_HAS_SIMULATOR
+TEST_CASE(
+    "register_scans writes for CloudCompare and PDAL what fits to scans with the poses in their headers") {
+  const temporary_directory directory;
+  REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.2 --seed 5").status == 0);
+  const Eigen::Isometry3d pose =
+      Eigen::Translation3d(500, 300, 10) * Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ());
+  {
+    const scan_file scan = open_scan(directory / "scan_2.ply");
+    std::ofstream ptx(directory / "posed.ptx");
+    ptx << std::setprecision(12) << scan.size() << "\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+    for (int row = 0; row < 4; ++row) ptx << pose.matrix().col(row).transpose() << '\n';
+    for (const Eigen::Vector3d& p : scan) ptx << p.transpose() << " 0.5\n";
+  }
+  REQUIRE(call(directory, "register_scans",
+               "posed.ptx scan_1.ply --out T.txt --out-as T.mat.txt --out-as T.dat --out-as posed_too.ptx")
+              .status == 0);
+  const Eigen::Isometry3d target_from_source = read_transform(directory / "T.txt");
+  CHECK((read_transform(directory / "T.mat.txt") * pose).isApprox(target_from_source, 1e-9));
+  CHECK(read_transform(directory / "T.dat").isApprox(target_from_source, 1e-12));
+  CHECK_THAT(bytes_of(directory / "stdout.log"), Contains("apply the poses in the headers"));
+  REQUIRE(call(directory, "register_scans", "scan_1.ply posed.ptx --out U.txt --out-as U.mat.txt").status ==
+          0);
+  CHECK(read_transform(directory / "U.mat.txt").isApprox(pose * read_transform(directory / "U.txt"), 1e-9));
+}
+
 TEST_CASE("simulated scans go through map_stems, match_stems and register_scans") {
   const temporary_directory directory;
   REQUIRE(call(directory, "simulate_plot", ". --stations 2 --angular-step 0.2 --seed 5").status == 0);
