@@ -27,7 +27,7 @@ constexpr const char* temporary_extension = ".part";
 
 /// What the names of temporary files of this host have between that of the file and the process.
 std::string host_mark() {
-  return "." + process_identity::own().host + "-";
+  return std::string(".").append(process_identity::own().host).append("-");
 }
 
 fs::path temporary_sibling(const fs::path& path) {

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "support/e57_description.hpp"
 #include "support/e57_pages.hpp"
@@ -29,7 +30,9 @@ opened_scan open_e57(input_file& file, std::size_t number, const scan_options& o
     opened.header.format += ", scan " + std::to_string(number) + " of " + std::to_string(opened.scans);
   opened.header.pose = scan.pose;
   opened.header.attributes = scan.attributes;
-  opened.points = std::make_unique<e57_points>(pages, scan, options.attributes);
+  auto points = std::make_unique<e57_points>(pages, scan, options.attributes);
+  if (points->has_more()) opened.header.notes.push_back(note_on_more_points(scan.size, "further points"));
+  opened.points = std::move(points);
   return opened;
 }
 

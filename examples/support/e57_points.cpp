@@ -15,6 +15,8 @@ namespace globalmatch::support {
 
 namespace {
 
+enum packet_type { index_packet, data_packet, ignored_packet };
+
 constexpr std::size_t points_at_once = point_source::block_size;
 constexpr std::size_t bytes_behind = 9;  // the last value may end within a word, and a byte
 
@@ -109,13 +111,19 @@ e57_points::e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& s
     fields_.push_back(field);
   }
   streams_.resize(fields_.size());
-  if (!is_complete()) find_packets();
+  if (!holds(scan_.size)) find_packets();
 }
 
-bool e57_points::is_complete() const {
+bool e57_points::holds(std::uint64_t points) const {
   for (std::size_t i = 0; i < fields_.size(); ++i)
-    if (streams_[i].size() < bytes_of(fields_[i], scan_.size)) return false;
+    if (streams_[i].size() < bytes_of(fields_[i], points)) return false;
   return true;
+}
+
+// Fewer points may be what fills the last bytes of a packet.
+bool e57_points::has_more() const {
+  constexpr std::uint64_t filling = 8;
+  return bytes_of(fields_[0], filling) > 0 && holds(scan_.size + filling);
 }
 
 void e57_points::find_packets() {
@@ -128,7 +136,7 @@ void e57_points::find_packets() {
   std::uint64_t packet = pages_->offset_of(field<std::uint64_t>(header.data(), 16));
   const std::uint64_t end = section + section_size;
   if (packet < section + header.size()) pages_->fail_damaged("has packets of points before their section");
-  while (!is_complete()) {
+  while (!holds(scan_.size)) {
     std::array<char, 4> start;
     if (packet > end || end - packet < start.size())
       pages_->fail("holds fewer points than the " + std::to_string(scan_.size) + " that it announces",
@@ -137,11 +145,19 @@ void e57_points::find_packets() {
     const std::uint64_t packet_size = std::uint64_t(field<std::uint16_t>(start.data(), 2)) + 1;
     if (packet_size % 4 != 0 || packet_size > end - packet)
       pages_->fail_damaged("has a packet of points that does not fit its section");
-    enum { index_packet, data_packet, ignored_packet };
     if (start[0] == data_packet)
       add_packet(packet, packet_size);
     else if (start[0] != index_packet && start[0] != ignored_packet)
       pages_->fail_damaged("has a packet of points of unknown type");
+    packet += packet_size;
+  }
+  // Behind them there may be pieces of fields that are not wanted, or further points.
+  while (!has_more() && packet < end && end - packet >= 4) {
+    std::array<char, 4> start;
+    pages_->read(packet, start);
+    const std::uint64_t packet_size = std::uint64_t(field<std::uint16_t>(start.data(), 2)) + 1;
+    if (packet_size > end - packet) return;
+    if (start[0] == data_packet) add_packet(packet, packet_size);
     packet += packet_size;
   }
 }

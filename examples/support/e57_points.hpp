@@ -41,6 +41,9 @@ class e57_points final : public point_source {
   /// than all points.
   e57_points(std::shared_ptr<const e57_pages> pages, const e57_scan& scan, bool with_attributes);
 
+  /// Whether the packets hold coordinates of further points, eight or more.
+  bool has_more() const;
+
   std::size_t size() const override { return static_cast<std::size_t>(scan_.size); }
   void read(std::size_t first, std::span<Eigen::Vector3d> points) const override;
   std::vector<attribute> attributes() const override { return attributes_; }
@@ -51,7 +54,7 @@ class e57_points final : public point_source {
   struct buffers;
 
   void find_packets();
-  bool is_complete() const;
+  bool holds(std::uint64_t points) const;
   void add_packet(std::uint64_t packet, std::uint64_t size);
   void decode(std::size_t first, std::span<Eigen::Vector3d> points, buffers& room) const;
   void decode_field(std::size_t index, std::size_t first, std::span<double> values, char* bytes) const;

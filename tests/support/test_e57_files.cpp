@@ -71,6 +71,24 @@ TEST_CASE("an E57 scan is read whatever packets cut its fields") {
   CHECK(scan.header.format == "E57 1.0");
   CHECK(scan.header.attributes == std::vector<std::string>{"intensity", "colorRed"});
   CHECK_FALSE(scan.header.pose);
+  CHECK(scan.header.notes.empty());
+}
+
+TEST_CASE("an E57 scan that holds more points than it announces is read as announced, and that is noted") {
+  const temporary_directory directory;
+  for (const std::size_t bytes_per_packet : {std::size_t(64), std::size_t(10'000)})
+    for (const std::string count : {"0008", "2000", "2980"}) {
+      points expected;
+      std::string bytes = e57_file({mixed_scan(3000, bytes_per_packet, expected)});
+      bytes.replace(bytes.find("recordCount=\"3000\"") + 13, 4, count);
+      seal_pages(bytes);
+      const opened_scan scan = open_e57_file(directory.file("a.e57", bytes), 1);
+      expected.resize(scan.points->size());
+      CHECK(scan.points->size() == std::stoul(count));
+      CHECK(read_points(*scan.points) == expected);
+      REQUIRE(scan.header.notes.size() == 1);
+      CHECK(scan.header.notes[0].find("further points behind") != std::string::npos);
+    }
 }
 
 TEST_CASE("any part of an E57 scan is the same as within the whole") {
