@@ -151,7 +151,7 @@ TEST_CASE("LAS points that begin where records do are refused, and a box that co
   }
   const auto notes_for_box = [&](double min, double max) {
     std::string bytes = las(header_size_1_2, 3, 2);
-    for (const std::size_t at : {179, 195, 211}) {
+    for (const std::size_t at : {179u, 195u, 211u}) {
       put_at(bytes, at, max);
       put_at(bytes, at + 8, min);
     }
