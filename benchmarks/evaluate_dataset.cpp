@@ -120,6 +120,7 @@ std::string tables_of(const command& c, const dataset_results& results) {
       << support::this_build().name() << " with " << detail::thread_count({.threads = c.evaluation.threads})
       << " threads:\n\n```\n"
       << c.line << "\n```\n";
+  for (const std::string& doubt : results.doubts) out << "\n**Doubtful:** " << doubt << '\n';
   registration_tables(out, results).print(c.evaluation.tables);
   if (c.evaluation.has(7)) matching_tables(out, results).print();
   success_tables(out, results).print();
@@ -214,6 +215,8 @@ int main(int argc, char** argv) {
       evaluate_folder(c, shared.for_reading(), results);
     std::cout << tables_of(c, results);
     if (!c.out_dir.empty() && !c.no_figures) draw_figures(c.python, c.out_dir);
-    return support::done;
+    for (const std::string& doubt : results.doubts)
+      std::cerr << "evaluate_dataset: doubtful: " << doubt << '\n';
+    return results.truth_is_refuted ? support::unusable_input : support::done;
   });
 }

@@ -19,6 +19,7 @@ namespace globalmatch::benchmarks {
 /// Two scans registered.
 struct evaluated_pair {
   globalmatch::outcome outcome = outcome::not_registered;
+  std::optional<Eigen::Isometry3d> target_from_source = {};  ///< where it is registered
   std::size_t matches = 0, source_stems = 0, target_stems = 0;
   std::optional<registration_error> coarse, fine;  ///< of the best hypothesis; after ICP, where it ran
   double matching_seconds = 0, icp_seconds = 0;
@@ -45,6 +46,7 @@ inline evaluated_pair register_pair(const evaluated_scan& source, const evaluate
   if (stages.contains("icp")) pair.icp_seconds = stages["icp"].get<double>();
   pair.matching_seconds = clock.seconds() - pair.icp_seconds;
   pair.outcome = result.outcome;
+  pair.target_from_source = result.target_from_source;
   pair.matches = result.matching.funnel.correspondences;
   pair.source_stems = source.map.stems.size();
   pair.target_stems = target.map.stems.size();

@@ -23,9 +23,8 @@ inline void require_closed(const std::filesystem::path& folder, const found_trut
                            const scan_names& names) {
   const auto worst = worst_contradiction(truth.transforms);
   if (!worst) return;
-  std::vector<true_pair> turned = truth.transforms.pairs();
-  for (true_pair& pair : turned) pair.target_from_source = pair.target_from_source.inverse();
-  const bool is_inverse = !worst_contradiction(true_transforms(truth.transforms.size(), turned));
+  const bool is_inverse = !worst_contradiction(
+      truth.transforms.with_each([](const Eigen::Isometry3d& transform) { return transform.inverse(); }));
   const auto& [pair, off] = *worst;
   throw support::file_error(pair.place,
                             "contradicts the chain of other pairs from " + names[pair.source] + " to " +

@@ -9,6 +9,7 @@
 #include "results.hpp"
 #include "stem_selection.hpp"
 #include "true_transforms.hpp"
+#include "truth_doubts.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -83,10 +84,12 @@ class plot_evaluation {
       scans_.push_back(plot_.map(i));
       add_scan(i);
     }
+    if (const auto doubt = doubt_of_stems(plot_.name, scores_)) results_.doubts.push_back(*doubt);
     if (std::none_of(std::begin(pair_tables), std::end(pair_tables),
                      [&](int table) { return options_.has(table); }))
       return;
     for_each_pair([&](std::size_t source, std::size_t target) { add_pair(source, target); });
+    add_doubts();
     if (options_.has(7)) match_alone();
   }
 
@@ -108,7 +111,7 @@ class plot_evaluation {
     scan_result result{.plot = plot_.name, .scan = plot_.scans[i], .points = mapped.points};
     result.stems = mapped.scan.map.stems.size();
     result.seconds = mapped.scan.seconds;
-    if (mapped.stems) result.score = score_stems(mapped.scan, *mapped.stems);
+    if (mapped.stems) scores_.push_back(*(result.score = score_stems(mapped.scan, *mapped.stems)));
     if (mapped.without) {
       result.without_stems = mapped.without->map.stems.size();
       result.without_seconds = mapped.without->seconds;
@@ -141,6 +144,7 @@ class plot_evaluation {
     const evaluated_scan &a = scans_[source].scan, &b = scans_[target].scan;
     pair_result pair{register_pair(a, b, truth(source, target), up_of(target), registering, options_.threads,
                                    normalised_)};
+    if (pair.target_from_source) registered_.push_back({source, target, *pair.target_from_source});
     pair.plot = plot_.name;
     pair.source = plot_.scans[source];
     pair.target = plot_.scans[target];
@@ -158,6 +162,17 @@ class plot_evaluation {
     if (const auto& c = scans_[source].without, &d = scans_[target].without; c && d)
       pair.without_verticality = coarse(*c, *d, source, target, options_.matching);
     results_.pairs.push_back(pair);
+  }
+
+  void add_doubts() {
+    const auto agrees = [&](const true_transforms& truth, const true_pair& pair) {
+      const Eigen::Isometry3d by_truth = truth.target_from_source(pair.source, pair.target);
+      const auto& sample = scans_[pair.source].scan.sample;
+      return evaluate_registration(pair.target_from_source, by_truth, sample, up_of(pair.target)).success();
+    };
+    const truth_doubts found = doubts_of(plot_.name, plot_.scans, plot_.truth, registered_, agrees);
+    results_.doubts.insert(results_.doubts.end(), found.texts.begin(), found.texts.end());
+    results_.truth_is_refuted |= found.is_refuted;
   }
 
   // The points that e_p is measured on are those of the source, however that was mapped.
@@ -221,7 +236,9 @@ class plot_evaluation {
   const evaluation_options& options_;
   dataset_results& results_;
   std::vector<mapped_scan> scans_;
-  normalised_errors normalised_;  // of no interest here
+  std::vector<map_score> scores_;
+  std::vector<true_pair> registered_;  // as found
+  normalised_errors normalised_;       // of no interest here
 };
 
 }  // namespace globalmatch::benchmarks

@@ -35,10 +35,12 @@ class registration_tables : result_tables {
         seconds.push_back(s.seconds);
       }
       const map_score sum = sum_of(scores);
-      const auto percent = [&](double share) { return scores.empty() ? "-" : fixed(100 * share, 1); };
-      return std::vector<table_row>{{plot, std::to_string(stems.size()), percent(sum.precision()),
-                                     percent(sum.recall()), percent(sum.f1()), fixed(mean(stems), 0),
-                                     fixed(mean(seconds), 2)}};
+      const auto percent = [](bool is_known, double share) { return is_known ? fixed(100 * share, 1) : "-"; };
+      const bool has_required = sum.required > 0;
+      return std::vector<table_row>{{plot, std::to_string(stems.size()),
+                                     percent(!scores.empty(), sum.precision()),
+                                     percent(has_required, sum.recall()), percent(has_required, sum.f1()),
+                                     fixed(mean(stems), 0), fixed(mean(seconds), 2)}};
     };
     const auto paper_row = [](const paper_plot& p) {
       return std::vector<table_row>{{paper_name(p), "-", fixed(p.precision, 1), fixed(p.recall, 1),
@@ -50,7 +52,9 @@ class registration_tables : result_tables {
 
   void print_fine_errors() {
     title("Fine registration ([GM] table 3)");
-    note("Scans on the middle one, means over those registered with e_p below 50 cm.");
+    note(
+        "Scans on the middle one, means over those registered with e_p below 50 cm, where ICP ran and "
+        "converged.");
     print_plots(
         {"plot", "right", "e_p [cm]", "e_R [mrad]", "e_t [cm]"},
         [&](const std::string& plot) {
@@ -68,7 +72,9 @@ class registration_tables : result_tables {
 
   void print_coarse_errors() {
     title("Coarse and fine registration ([GM] table 4)");
-    note("As above. Methods besides ours match the same, whole stem maps, as far as they bear their size.");
+    note(
+        "As above. Methods besides ours match the same, whole stem maps, as far as they bear their size; no "
+        "ICP follows theirs, so that their fine columns are empty.");
     const auto row = [&](const std::string& plot) {
       const mean_errors coarse = with_middle(plot, false);
       std::vector<table_row> rows = {{plot, "ours", coarse.right()}};

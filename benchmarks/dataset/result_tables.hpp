@@ -62,14 +62,17 @@ class result_tables {
   // Means over the pairs that are right, in the paper's units.
   struct mean_errors {
     std::vector<double> e_p, e_R, e_t;
-    std::size_t count = 0;  // of all pairs
+    std::size_t count = 0, count_right = 0;  // of all pairs
 
     void add(const registration_error& e) {
       e_p.push_back(100 * e.pointwise);
       e_R.push_back(1000 * e.rotation);
       e_t.push_back(100 * e.translation);
     }
-    std::string right() const { return std::to_string(e_p.size()) + " of " + std::to_string(count); }
+    std::string right() const {
+      return std::to_string(count_right) + " of " + std::to_string(count) +
+             (e_p.size() < count_right ? ", errors of " + std::to_string(e_p.size()) : "");
+    }
     void append_to(table_row& row) const {
       for (const auto* values : {&e_p, &e_R, &e_t}) row.push_back(fixed(mean(*values), 2));
     }
@@ -83,7 +86,8 @@ class result_tables {
     for (const pair_result& p : results_.pairs) {
       if (p.plot != plot || !p.with_middle) continue;
       ++errors.count;
-      if (const auto& e = fine ? p.fine : p.coarse; p.right() && e) errors.add(*e);
+      errors.count_right += p.right();
+      if (const auto& e = fine ? p.fine : p.coarse; p.right() && e) errors.add(*e);  // no ICP: none fine
     }
     return errors;
   }
@@ -93,6 +97,7 @@ class result_tables {
       if (run.plot != plot || run.method != method || !run.with_middle) continue;
       if (run.selection.count != size || run.selection.range > 0) continue;
       ++errors.count;
+      errors.count_right += run.right();
       if (run.right()) errors.add(*run.error);
     }
     return errors;

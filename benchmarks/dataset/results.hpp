@@ -68,6 +68,8 @@ struct dataset_results {
   std::vector<scan_result> scans;
   std::vector<pair_result> pairs;
   std::vector<matching_result> matchings;
+  std::vector<std::string> doubts;  ///< what speaks against the truth, which all other numbers rest on
+  bool truth_is_refuted = false;    ///< of a plot
 };
 
 /// A name as a field of CSV.
@@ -86,9 +88,13 @@ inline void write_scans(std::ostream& out, const std::vector<scan_result>& scans
         << s.seconds << ',';
     if (s.score)
       out << s.score->true_finds << ',' << s.score->required << ',' << s.score->required_found << ','
-          << s.score->precision() << ',' << s.score->recall() << ',' << s.score->f1() << ',';
+          << s.score->precision() << ',';
     else
-      out << ",,,,,,";
+      out << ",,,,";
+    if (s.score && s.score->required > 0)
+      out << s.score->recall() << ',' << s.score->f1() << ',';
+    else
+      out << ",,";
     if (s.without_stems)
       out << *s.without_stems << ',' << s.without_seconds << '\n';
     else

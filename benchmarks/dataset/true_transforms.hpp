@@ -52,7 +52,7 @@ class true_transforms {
   /// Of pairs. The frame of the plot is that of scan `root`; scans that no chain of pairs connects with it
   /// have no pose.
   true_transforms(std::size_t scans, std::vector<true_pair> pairs, std::size_t root = 0)
-      : poses_(scans), pairs_(std::move(pairs)) {
+      : poses_(scans), pairs_(std::move(pairs)), root_(root) {
     poses_[root] = Eigen::Isometry3d::Identity();
     for (bool is_further = true; std::exchange(is_further, false);)
       for (const true_pair& pair : pairs_) {
@@ -88,9 +88,24 @@ class true_transforms {
     return plot_from_scan(target).inverse() * plot_from_scan(source);
   }
 
+  /// The same scans where each matrix, as it is written, is `changed`.
+  template <class Change>
+  true_transforms with_each(const Change& changed) const {
+    if (is_of_pairs()) {
+      std::vector<true_pair> pairs = pairs_;
+      for (true_pair& pair : pairs) pair.target_from_source = changed(pair.target_from_source);
+      return {size(), std::move(pairs), root_};
+    }
+    std::vector<std::optional<Eigen::Isometry3d>> poses = poses_;
+    for (auto& pose : poses)
+      if (pose) pose = changed(*pose);
+    return true_transforms(std::move(poses));
+  }
+
  private:
   std::vector<std::optional<Eigen::Isometry3d>> poses_;
   std::vector<true_pair> pairs_;
+  std::size_t root_ = 0;
 };
 
 /// The pair whose own matrix contradicts the chain of the others that gave both scans their poses most.

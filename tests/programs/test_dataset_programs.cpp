@@ -290,6 +290,26 @@ TEST_CASE("evaluate_dataset gives the numbers of --frozen for the same scans in 
   require("e57");
 }
 
+TEST_CASE("evaluate_dataset ends in status 2 where its registrations contradict the truth, and says why",
+          "[slow]") {
+  const layouts all;
+  const std::string options = " --tables 2,3,5 --no-figures --threads 2 --out-dir out";
+  const run result = evaluate(all.directory(), "plot --inverse-truth" + options);
+  CHECK(result.status == 2);
+  for (const std::string& text : {result.complaint, bytes_of(all.directory() / "out/tables.md")})
+    CHECK_THAT(text, Contains("contradicts all 10 registrations") &&
+                         Contains("inverse: give --inverse-truth") && Contains("stand at a true stem"));
+}
+
+TEST_CASE("evaluate_dataset counts registrations without ICP in table 3, whose errors are unknown",
+          "[slow]") {
+  const layouts all;
+  const run result =
+      evaluate(all.directory(), "plot --icp none --tables 3 --no-figures --threads 2 --out-dir out");
+  CHECK(result.status == 0);
+  CHECK_THAT(bytes_of(all.directory() / "out/tables.md"), Contains("| plot | 4 of 4, errors of 0 | - |"));
+}
+
 TEST_CASE("evaluate_dataset writes tables with the paper's numbers beside those of a plot of its name",
           "[slow]") {
   const layouts all;
