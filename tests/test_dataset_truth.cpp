@@ -142,6 +142,96 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a first column that counts the lines of a table is no scan, and one that is of none is refused") {
+  const std::string scans[] = {"a", "b", "c"}, numbered[] = {"1", "2", "3"};
+  const auto table = [](const std::string& header, int first, const std::string* names) {
+    std::string csv = header;
+    for (int i = 0; i < 3; ++i)
+      csv += std::to_string(first + i) + "," + names[i] + row_of(three_poses()[std::size_t(i)], ",") + '\n';
+    return csv;
+  };
+  const std::string matrix = ",m0,m1,m2,m3,m4,m5,m6,m7,m8,m9,m10,m11,m12,m13,m14,m15\n";
+  for (const std::string& csv : {table(",name" + matrix, 0, scans), table("id,name" + matrix, 1, scans),
+                                 table("", 0, scans), table("", 7, scans)}) {
+    INFO(csv);
+    const three_scans folder;
+    folder.file("poses.csv", csv);
+    const stored_plot plot = folder.find();
+    require_truth(plot);
+    CHECK(!plot.truth.is_of_pairs());
+  }
+  const temporary_directory folder;
+  for (const char* name : {"scan_1.xyz", "scan_2.xyz", "scan_3.xyz"}) folder.file(name, "1 2 3\n");
+  folder.file("poses.csv", table("", 0, numbered));
+  CHECK_THAT(error_of([&] { find_plot(folder.path(), {}); }), Contains("poses.csv, line 1") &&
+                                                                  Contains("of 0, which is no scan") &&
+                                                                  Contains("id in a header"));
+  folder.file("poses.csv", table(",name" + matrix, 0, numbered));
+  require_truth(find_plot(folder.path(), {}));
+}
+
+TEST_CASE("matrices are read with commas, brackets, a byte order mark and lines of remarks") {
+  const auto text = [](const Isometry3d& transform, const char* before, const char* separator,
+                       const char* after) {
+    std::ostringstream out;
+    out.precision(17);
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      out << before;
+      for (Eigen::Index k = 0; k < 4; ++k) out << (k > 0 ? separator : "") << transform.matrix()(i, k);
+      out << after << '\n';
+    }
+    return out.str();
+  };
+  const three_scans folder;
+  folder.file("pose_a.txt", "\xEF\xBB\xBF# plot from scan\n" + text(three_poses()[0], "", ", ", ""));
+  folder.file("pose_b.txt", "[" + text(three_poses()[1], "[", " ", "]") + "]");
+  folder.file("c.txt", text(three_poses()[2], "", ";", ""));
+  require_truth(folder.find());
+}
+
+TEST_CASE("names in tables may be behind folders, and in other letters") {
+  const three_scans folder;
+  folder.file("poses.csv", "Plot1/a.xyz" + row_of(three_poses()[0], ",") + "\nplot\\b" +
+                               row_of(three_poses()[1], ",") + "\nC" + row_of(three_poses()[2], ",") + '\n');
+  require_truth(folder.find());
+}
+
+TEST_CASE("truth that cannot be used is named, with what was asked for") {
+  const auto require = [](const std::string& file, const std::string& content, const std::string& problem) {
+    INFO(file << ' ' << content);
+    const three_scans folder;
+    folder.file(file, content);
+    CHECK_THAT(folder.error(), Contains(problem));
+  };
+  require("pose_a.txt", "", "pose_a.txt: holds 0 numbers");
+  require("pose_a.txt", "Matrix\n1 0 0 0\n", "pose_a.txt: line 1 has 'Matrix' where a number is expected");
+  require("pose_a.txt", "1,0 0,0 0,0 0,0\n0,0 1,0 0,0 0,0\n0,0 0,0 1,0 0,0\n",
+          "beyond the 16 numbers of a transform. Decimals have a point");
+  require("a.txt", "Taken in spring\n", "no truth of their places; ");
+  require("a.txt", "Taken in spring\n", "a.txt: line 1 has 'Taken' where");
+  require("pose_a.txt", "1 0 0 0\n0 1 0 0\n0 0 1 0\n5 6 7 1\n", "Is it transposed?");
+  require("poses.csv", "d" + row_of(three_poses()[0], ",") + '\n', "is of d, which is no scan here");
+  dataset_options options;
+  options.truth.pose_files = "GT/{name}.txt";
+  CHECK_THAT(three_scans().error(options), Contains("that --pose-files GT/{name}.txt gives"));
+  options.truth = {};
+  options.truth.headers = true;
+  CHECK_THAT(three_scans().error(options), Contains("no header of a PTX or E57 file has a pose"));
+}
+
+TEST_CASE("poses of scans that are not there are noted") {
+  const three_scans folder;
+  const char* names[] = {"a.pose", "pose_b.txt", "c_pose.txt"};
+  for (std::size_t i = 0; i < 3; ++i) folder.write(names[i], three_poses()[i]);
+  folder.write("pose_d.txt", three_poses()[0]);
+  folder.write("e.pose", three_poses()[0]);
+  const stored_plot plot = folder.find();
+  require_truth(plot);
+  std::string notes;
+  for (const std::string& note : plot.notes) notes += note + '\n';
+  CHECK_THAT(notes, Contains("pose_d.txt is of no scan here") && Contains("e.pose is of no scan here"));
+}
+
 TEST_CASE("a table has a matrix for each pair, also with counted scans as in gt.log") {
   std::ostringstream log;
   log.precision(17);

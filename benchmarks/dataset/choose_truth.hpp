@@ -18,6 +18,14 @@ inline std::string list_of(const std::vector<std::size_t>& scans, const scan_nam
   return text;
 }
 
+/// The first of some notes, for the end of a message.
+inline std::string first_of(const std::vector<std::string>& notes) {
+  constexpr std::size_t most = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(most, notes.size()); ++i) text += "; " + notes[i];
+  return text + (notes.size() > most ? "; and " + std::to_string(notes.size() - most) + " more" : "");
+}
+
 /// Throws `file_error` where chains of pairs contradict pairs.
 inline void require_closed(const std::filesystem::path& folder, const found_truth& truth,
                            const scan_names& names) {
@@ -37,10 +45,10 @@ inline void require_closed(const std::filesystem::path& folder, const found_trut
 /// The first form that has all scans. Throws `file_error` where no form has, where a form contradicts itself,
 /// or two contradict each other.
 inline found_truth choose_truth(const std::filesystem::path& folder, const std::vector<found_truth>& found,
-                                const scan_names& names) {
+                                const scan_names& names, const std::vector<std::string>& unused = {}) {
   if (found.empty())
     throw support::file_error(
-        folder, "holds scans, but no truth of their places",
+        folder, "holds scans, but no truth of their places" + first_of(unused),
         "Put NAME.pose or pose_K.txt (4 x 4, plot from scan) or A-B.pose (from A to B) beside the scans, or "
         "poses.csv, or say where it is with --pose-files, --pair-files or --truth");
   const auto count_missing = [](const found_truth& t) { return t.transforms.without_pose().size(); };
@@ -50,14 +58,12 @@ inline found_truth choose_truth(const std::filesystem::path& folder, const std::
     const auto best = std::min_element(
         found.begin(), found.end(),
         [&](const found_truth& a, const found_truth& b) { return count_missing(a) < count_missing(b); });
-    std::string notes;
-    for (const std::string& note : best->notes) notes += "; " + note;
-    throw support::file_error(folder,
-                              "has no truth for " + list_of(best->transforms.without_pose(), names) +
-                                  ", which other scans have in " + best->form + notes,
-                              best->transforms.is_of_pairs()
-                                  ? "Add a matrix to a scan that is connected, or move the scan away"
-                                  : "Add the pose, or move the scan away");
+    throw support::file_error(
+        folder,
+        "has no truth for " + list_of(best->transforms.without_pose(), names) +
+            ", which other scans have in " + best->form + first_of(best->notes) + first_of(unused),
+        best->transforms.is_of_pairs() ? "Add a matrix to a scan that is connected, or move the scan away"
+                                       : "Add the pose, or move the scan away");
   }
   for (const found_truth& truth : complete) require_closed(folder, truth, names);
   for (const found_truth& other : found) {

@@ -119,7 +119,7 @@ inline stored_plot find_plot(const std::filesystem::path& folder, const dataset_
         plot.names.begin() + std::ptrdiff_t(i))
       throw support::file_error(plot.scans[i], "has the name of another scan, but for its extension",
                                 "Choose the files of one format with --scans, as --scans \"*.ply\"");
-  found_truth truth = choose_truth(folder, search.find(), search.names());
+  found_truth truth = choose_truth(folder, search.find(), search.names(), search.unused());
   plot.truth = std::move(truth.transforms);
   plot.truth_form = std::move(truth.form);
   plot.notes = std::move(truth.notes);
@@ -149,7 +149,7 @@ inline bool list_plots(const std::filesystem::path& folder, const dataset_option
         out << "  scan  " << plot.names[i] << (i == plot.middle ? "  (the middle one)" : "")
             << (plot.stems[i] ? "  true stems: " + plot.stems[i]->path.filename().string() : "") << '\n';
       out << "  truth " << plot.truth_form << '\n';
-      for (const std::string& note : plot.notes) out << "  missing: " << note << '\n';
+      for (const std::string& note : plot.notes) out << "  note: " << note << '\n';
     } catch (const support::file_error& error) {
       for (const auto& scan : scans_of(path, options.scans))
         out << "  scan  " << support::name_of(scan) << '\n';

@@ -54,6 +54,8 @@ class truth_search {
   }
 
   const scan_names& names() const { return names_; }
+  /// What was asked for or seen, but gave no truth.
+  const std::vector<std::string>& unused() const { return unused_; }
 
   std::vector<found_truth> find() {
     const bool any = !options_.is_given();
@@ -112,6 +114,7 @@ class truth_search {
       found_.push_back({form + ", of pairs (" + example + " ...)",
                         true_transforms(scans_.size(), std::move(pairs_), root_), std::move(notes_)});
     }
+    unused_.insert(unused_.end(), notes_.begin(), notes_.end());  // empty where they were moved
     poses_.clear();
     pose_places_.clear();
     pairs_.clear();
@@ -123,16 +126,32 @@ class truth_search {
     for (const auto& file : files_of(folder_)) {
       const std::string extension = support::lower_case(file.extension().string());
       if (extension != ".pose" && extension != ".txt") continue;
-      if (std::find(scans_.begin(), scans_.end(), file) != scans_.end()) continue;
+      if (std::find(scans_.begin(), scans_.end(), file) != scans_.end() || is_usual_table(file)) continue;
       const std::string name = file.stem().string();
+      const bool is_matrix = extension == ".pose" || without_affixes(name) != name;
       const auto scan = scan_of(name);
       const auto pair = scan ? std::nullopt : pair_of(name);
-      if ((!scan && !pair) || (extension == ".txt" && !begins_with_number(file))) continue;
-      const Eigen::Isometry3d transform = support::read_transform(file);
+      if (!scan && !pair) {
+        if (is_matrix) notes_.push_back(file.string() + " is of no scan here");
+        continue;
+      }
+      const auto transform = read_matrix(file, is_matrix || begins_with_number(file));
+      if (!transform) continue;
       if (scan)
-        add_pose(*scan, transform, file.string());
+        add_pose(*scan, *transform, file.string());
       else
-        add_pair(*pair, transform, file.string());
+        add_pair(*pair, *transform, file.string());
+    }
+  }
+
+  // A text beside a scan that bears its name may be anything unless it `is_matrix`.
+  optional_pose read_matrix(const std::filesystem::path& file, bool is_matrix) {
+    try {
+      return support::read_transform(file);
+    } catch (const support::file_error& error) {
+      if (is_matrix) throw;
+      unused_.push_back(error.what());
+      return std::nullopt;
     }
   }
 
@@ -194,6 +213,8 @@ class truth_search {
       if (const auto file =
               file_of(options_.pose_files, {{"{name}", names_[i]}, {"{number}", trailing_number(names_[i])}}))
         add_pose(i, support::read_transform(*file), file->string());
+    if (poses_.empty())
+      unused_.push_back("no file has the name that --pose-files " + options_.pose_files + " gives");
   }
 
   void add_named_pair_files() {
@@ -206,21 +227,31 @@ class truth_search {
                                                         {"{target_number}", trailing_number(names_[j])}});
         if (file) add_pair({i, j}, support::read_transform(*file), file->string());
       }
+    if (pairs_.empty())
+      unused_.push_back("no file has the name that --pair-files " + options_.pair_files + " gives");
+  }
+
+  static bool is_usual_table(const std::filesystem::path& file) {
+    const std::string name = support::lower_case(file.stem().string());
+    const std::string extension = support::lower_case(file.extension().string());
+    const bool is_usual = name == "poses" || name == "pairs" || name == "truth" ||
+                          support::matches(name, "ground*truth") || name == "gt" ||
+                          support::matches(name, "transform*s");
+    return is_usual && (extension == ".csv" || extension == ".txt" || extension == ".log");
   }
 
   void add_usual_tables() {
-    for (const auto& file : files_of(folder_)) {
-      const std::string name = support::lower_case(file.stem().string());
-      const std::string extension = support::lower_case(file.extension().string());
-      const bool is_usual = name == "poses" || name == "pairs" || name == "truth" ||
-                            support::matches(name, "ground*truth") || name == "gt" ||
-                            support::matches(name, "transform*s");
-      if (is_usual && (extension == ".csv" || extension == ".txt" || extension == ".log")) add_table(file);
-    }
+    for (const auto& file : files_of(folder_))
+      if (is_usual_table(file)) add_table(file);
   }
 
   void add_table(const std::filesystem::path& file) {
-    for (const named_transform& entry : read_matrix_table(file)) {
+    const std::vector<named_transform> entries = read_matrix_table(file);
+    for (const named_transform& entry : entries) {
+      if (first_names_count(entries) && !names_.find(entry.names[0]))
+        throw support::file_error(entry.place,
+                                  "is of " + entry.names[0] + ", which is no scan, in a column that counts",
+                                  "Remove the column, or name it id in a header");
       std::vector<std::size_t> scans;
       for (const std::string& name : entry.names)
         if (const auto scan = names_.find(name))
@@ -247,7 +278,12 @@ class truth_search {
     const auto is_first = [&](const optional_pose& pose) {
       return pose && poses_[0] && pose->matrix() == poses_[0]->matrix();
     };
-    if (std::all_of(poses_.begin(), poses_.end(), is_first)) poses_.clear();
+    if (poses_.empty() && options_.headers)
+      unused_.push_back("--header-poses: no header of a PTX or E57 file has a pose");
+    if (!poses_.empty() && std::all_of(poses_.begin(), poses_.end(), is_first)) {
+      unused_.push_back("the headers of all scans have the same pose");
+      poses_.clear();
+    }
     add_collected("headers of scan files");
   }
 
@@ -260,6 +296,7 @@ class truth_search {
   std::vector<std::string> pose_places_;
   std::vector<true_pair> pairs_;
   std::vector<std::string> notes_;
+  std::vector<std::string> unused_;
   std::vector<found_truth> found_;
 };
 

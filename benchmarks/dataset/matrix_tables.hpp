@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -25,6 +26,16 @@ struct named_transform {
   std::string place;  ///< file, and line where it holds several
 };
 
+/// Whether entries of two names or more begin with 0, 1, 2, ..., or as from another number.
+inline bool first_names_count(const std::vector<named_transform>& entries) {
+  const std::optional<double> first = support::to_number(entries[0].names[0]);
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto number = support::to_number(entries[i].names[0]);
+    if (entries[i].names.size() < 2 || !first || !number || *number != *first + double(i)) return false;
+  }
+  return true;
+}
+
 /// Collects the entries of a table.
 class matrix_table_reader {
  public:
@@ -32,6 +43,10 @@ class matrix_table_reader {
     while (const auto line = file_.read_line()) read(*line);
     if (!numbers_.empty() || (!names_.empty() && !entries_.empty())) fail("ends within a matrix");
     if (entries_.empty()) fail("holds no matrix with the name of a scan or of two");
+    if (has_index_column())
+      for (named_transform& entry : entries_) entry.names.erase(entry.names.begin());
+    for (const named_transform& entry : entries_)
+      if (entry.names.size() > 2) fail("has three names before each matrix");
   }
 
   std::vector<named_transform> entries() && { return std::move(entries_); }
@@ -51,7 +66,7 @@ class matrix_table_reader {
     else if (fields.size() == 4 && !names_.empty())
       read_row(fields);
     else
-      read_whole(fields);
+      read_whole(fields, line);
   }
 
   void read_names(const std::vector<std::string_view>& fields) {
@@ -65,18 +80,36 @@ class matrix_table_reader {
     if (numbers_.size() == 16) finish();
   }
 
-  void read_whole(const std::vector<std::string_view>& fields) {
+  void read_whole(const std::vector<std::string_view>& fields, std::string_view line) {
     const std::size_t count = fields.size() > 16 ? 16 : 12;
     const std::size_t names = fields.size() - count;
-    const bool has_names = fields.size() > count && names <= 2;
+    const bool has_names = fields.size() > count && names <= 3;
     if (!has_names || !support::to_number(fields.back())) {
-      if (entries_.empty() && !support::to_number(fields.back())) return;  // a header
+      if (entries_.empty() && !support::to_number(fields.back())) return read_header(line);
       fail("has " + std::to_string(fields.size()) + " fields");
     }
     names_.assign(fields.begin(), fields.begin() + std::ptrdiff_t(names));
     append(fields, names);
     if (count == 12) numbers_.insert(numbers_.end(), {0, 0, 0, 1});
     finish();
+  }
+
+  // Its first column may count the rows, as tables of pandas do.
+  void read_header(std::string_view line) {
+    const std::string first =
+        support::lower_case(std::string(support::split(line, support::separator_of(line)).front()));
+    for (const char* name : {"", "index", "idx", "id", "no", "nr", "row", "unnamed: 0"})
+      header_has_index_ |= first == name;
+  }
+
+  /// Whether the first of several names counts the lines: the header says so, or what follows never is a
+  /// number.
+  bool has_index_column() const {
+    const bool others_are_names =
+        std::none_of(entries_.begin(), entries_.end(), [](const named_transform& entry) {
+          return entry.names.size() < 2 || support::to_number(entry.names[1]);
+        });
+    return first_names_count(entries_) && (header_has_index_ || others_are_names);
   }
 
   void append(const std::vector<std::string_view>& fields, std::size_t first) {
@@ -101,12 +134,13 @@ class matrix_table_reader {
   std::vector<std::string> names_;
   std::vector<double> numbers_;
   std::vector<named_transform> entries_;
+  bool header_has_index_ = false;
 };
 
 /// Reads the entries of a table. Each is a line of the name of a scan, or of two, and the 16 numbers of a
 /// matrix row by row, or its first 12; or a line of names, and the matrix in the four lines below. A third
 /// name is ignored: it counts the scans. Fields are separated by commas, semicolons, blanks or tabs; a header
-/// and lines that begin with # are passed over.
+/// lines that begin with #, and a first column that counts the lines are passed over.
 inline std::vector<named_transform> read_matrix_table(const std::filesystem::path& path) {
   return matrix_table_reader(path).entries();
 }

@@ -38,9 +38,12 @@ class scan_names {
   const std::string& operator[](std::size_t scan) const { return names_[scan]; }
   const std::vector<std::string>& all() const { return names_; }
 
-  /// The scan of a name or of a file's name; else the one whose name begins with it, as s2 of s2_v0.1.pcd;
-  /// else the one whose name ends with that number. Nothing where there is none, or more than one.
-  std::optional<std::size_t> find(std::string_view name) const {
+  /// The scan of a name or of a file's name, perhaps behind folders; else the one whose name begins with it,
+  /// as s2 of s2_v0.1.pcd; else the one whose name ends with that number; else that of the name in other
+  /// letters, capital or small. Nothing where there is none, or more than one.
+  std::optional<std::size_t> find(std::string_view path) const {
+    const std::size_t folders = path.find_last_of("/\\");
+    const std::string_view name = folders == path.npos ? path : path.substr(folders + 1);
     const auto by = [&](const auto& is_it) {
       std::vector<std::size_t> found;
       for (std::size_t i = 0; i < names_.size(); ++i)
@@ -51,6 +54,11 @@ class scan_names {
     if (found.empty()) found = by([&](std::size_t i) { return begins(names_[i], name); });
     if (found.empty() && is_number(name))
       found = by([&](std::size_t i) { return trailing_number(names_[i]) == trailing_number(name); });
+    if (found.empty())
+      found = by([&](std::size_t i) {
+        const std::string low = support::lower_case(std::string(name));
+        return support::lower_case(names_[i]) == low || support::lower_case(files_[i]) == low;
+      });
     return found.size() == 1 ? std::optional(found[0]) : std::nullopt;
   }
 

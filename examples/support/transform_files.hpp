@@ -14,8 +14,9 @@ namespace globalmatch::support {
 /// cannot be written.
 void write_transform(const std::filesystem::path& path, const Eigen::Isometry3d& target_from_source);
 
-/// Reads a matrix row by row, as it stands in the file. Throws `file_error` unless there are 16 finite
-/// numbers, the last four 0 0 0 1, and the rotation is one to within 1e-5.
+/// Reads a matrix row by row, as it stands in the file; numbers are separated by blanks, commas or
+/// semicolons, brackets and lines that begin with # are passed over. Throws `file_error` unless there are 16
+/// finite numbers, the last four 0 0 0 1, and the rotation is one to within 1e-5.
 Eigen::Isometry3d read_transform(const std::filesystem::path& path);
 
 /// Makes a transform of a matrix row by row. Calls `fail` with problem and remedy, which must throw, where it

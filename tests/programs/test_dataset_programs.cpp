@@ -83,7 +83,7 @@ TEST_CASE("evaluate_dataset --list says what is there and what is missing") {
   REQUIRE(evaluate(directory, "plot --list").status == 0);
   CHECK_THAT(bytes_of(directory / "stdout.log"),
              Contains("scan  a  (the middle one)  true stems: a_stems.csv") &&
-                 Contains("truth 4 x 4 matrices") && Contains("missing: no true stems for 1 of 2 scans"));
+                 Contains("truth 4 x 4 matrices") && Contains("note: no true stems for 1 of 2 scans"));
 }
 
 #ifdef GLOBALMATCH_HAS_SIMULATOR

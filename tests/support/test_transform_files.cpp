@@ -31,6 +31,13 @@ TEST_CASE("a transform may have nine digits, tabs, CRLF and blank lines") {
   CHECK(read_transform(path).translation() == Eigen::Vector3d(-49.983712491, -55.622604926, -1.9));
 }
 
+TEST_CASE("a transform may have commas, brackets and lines of remarks") {
+  const temporary_directory directory;
+  const auto path =
+      directory.file("T.txt", "# b from a\n[[1, 0, 0, 1.5]\n [0; 1; 0; 2]\n [0 0 1 3]\n [0,0,0,1]]\n");
+  CHECK(read_transform(path).isApprox(Eigen::Isometry3d(Eigen::Translation3d(1.5, 2, 3)), 0));
+}
+
 TEST_CASE("what is no rigid transform is refused with the reason") {
   const temporary_directory directory;
   const auto require = [&](const std::string& text, const std::string& problem, const std::string& remedy) {
