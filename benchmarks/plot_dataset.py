@@ -6,10 +6,10 @@ plot_dataset.py DIR     writes DIR/figures/*.svg
 times               histograms of running times: mapping, matching, both ([GM] Fig. "efficiency statistics")
 growth              running time against stems, with fitted exponents
 overlap             histogram of stem-based overlap, with the success in each bin
-errors              pointwise errors of the pairs without the middle scan, cut at 10 m
+errors              pointwise errors of the pairs without the middle scan, cut at 10 m (refused: there)
 degrees_of_freedom  horizontal and vertical errors with 4 and with 6 degrees of freedom
 success             success against overlap and against common stems, with intervals of 95 % (Wilson);
-                    of matching alone on maps that are cut off, too
+                    of matching alone on maps that are cut off, too; a line of axes for each method
 """
 import csv
 import math
@@ -28,6 +28,15 @@ from matplotlib import pyplot  # noqa: E402
 SUCCESS = 0.5  # [m] pointwise error of a registration that is right, [GM] 5.1.2
 CUT = 10  # [m] larger errors are drawn there, as in [GM]
 COLOURS = {"right": "tab:green", "refused": "tab:gray", "wrong": "tab:red"}
+
+
+def colour_of(i):
+    """Twenty colours, so that no two of the series are alike."""
+    return matplotlib.colormaps["tab20"]((2 * i + i // 10) % 20)
+
+
+def marker_of(i):
+    return "osv^D"[i % 5]
 
 
 def rows_of(file):
@@ -91,8 +100,9 @@ def draw_times(scans, pairs, _):
 def draw_growth(scans, pairs, runs):
     series = {"mapping a scan": [(float(s["stems"]), float(s["mapping_seconds"])) for s in scans],
               "matching a pair": [(stems_of(p), float(p["matching_seconds"])) for p in pairs]}
-    for run in runs:
-        series.setdefault(f"{run['method']}, alone", []).append((stems_of(run), float(run["seconds"])))
+    for run in runs:  # maps that are cut off count in no exponent, as in tables.md
+        if not run["range"]:
+            series.setdefault(f"{run['method']}, alone", []).append((stems_of(run), float(run["seconds"])))
     pyplot.figure(figsize=(7.5, 5))
     for i, (name, points) in enumerate(series.items()):
         points = sorted((x, y) for x, y in points if x > 0 and y > 0)
@@ -100,10 +110,10 @@ def draw_growth(scans, pairs, runs):
             continue
         fit = exponent(points)
         label = name + (f": exponent {fit[0]:.2f}" if fit else "")
-        pyplot.scatter(*zip(*points), s=14, alpha=0.6, color=f"C{i % 10}", label=label)
+        pyplot.scatter(*zip(*points), s=14, alpha=0.6, color=colour_of(i), marker=marker_of(i), label=label)
         if fit:
             ends = [points[0][0], points[-1][0]]
-            pyplot.plot(ends, [math.exp(fit[1]) * x ** fit[0] for x in ends], color=f"C{i % 10}", linewidth=1)
+            pyplot.plot(ends, [math.exp(fit[1]) * x ** fit[0] for x in ends], color=colour_of(i), linewidth=1)
     pyplot.xscale("log")
     pyplot.yscale("log")
     pyplot.xlabel("stems (of a pair: geometric mean)")
@@ -152,18 +162,19 @@ def draw_errors(_, pairs, runs):
     for ax, plot in zip(axes.flat, plots):
         own = [p for p in others if p["plot"] == plot]
         keys = [(p["source"], p["target"]) for p in own]
-        # What no method gave counts as a failure.
+        # What a method, ours too, gave no transform for counts as a failure.
         cut = lambda text: min(CUT, float(text)) if text else CUT  # noqa: E731
-        ours = [cut(p["coarse_e_p"]) for p in own]
+        ours = [cut(p["coarse_e_p"]) if p["outcome"] == "registered" else CUT for p in own]
         ax.plot(range(len(own)), ours, "o-", color="black", label="ours", markersize=4)
         for i, method in enumerate(methods):
             found = {(r["source"], r["target"]): cut(r["e_p"]) for r in whole
                      if r["plot"] == plot and r["method"] == method}
             points = [(k, found[key]) for k, key in enumerate(keys) if key in found]
             if points:
-                ax.plot(*zip(*points), marker=".", linewidth=0.8, color=f"C{i}", label=method)
+                ax.plot(*zip(*points), marker=".", linewidth=0.8, color=colour_of(i), label=method)
         ax.set_yscale("log")
-        ax.axhline(SUCCESS, color="gray", linestyle="--", linewidth=0.8)
+        ax.axhline(SUCCESS, color="gray", linestyle="--", linewidth=0.8, label="right below (0.5 m)")
+        ax.set_xlabel("pair: source-target", fontsize="small")
         ax.set_title(plot, fontsize="medium")
         step = max(1, len(keys) // 12)
         ax.set_xticks(range(0, len(keys), step))
@@ -205,8 +216,8 @@ OVERLAPS = [i / 10 for i in range(10)] + [math.inf]
 COMMON = [0, 3, 4, 5, 6, 7, 8, 10, 12, 15, 20, 30, 50, 100, 200, math.inf]
 
 
-def curve(ax, values, edges, colour, label, aside):
-    """Share of what is right, and of what is wrong below, in bins: pairs of a value and an outcome."""
+def curve(ax, values, edges):
+    """Shares of what is right and wrong in bins, with their intervals: pairs of a value and an outcome."""
     for name, style in (("right", "o-"), ("wrong", "x:")):
         xs, shares, around = [], [], [[], []]
         for low, high in zip(edges, edges[1:]):
@@ -215,12 +226,12 @@ def curve(ax, values, edges, colour, label, aside):
                 continue
             share = sum(outcome == name for _, outcome in own) / len(own)
             least, most = wilson(sum(outcome == name for _, outcome in own), len(own))
-            xs.append(sum(x for x, _ in own) / len(own) * aside)
+            xs.append(sum(x for x, _ in own) / len(own))
             shares.append(100 * share)
             around[0].append(max(0, 100 * (share - least)))
             around[1].append(max(0, 100 * (most - share)))
-        ax.errorbar(xs, shares, yerr=around, fmt=style, color=colour, capsize=2, markersize=4, linewidth=1,
-                    elinewidth=0.7, label=f"{label}, {name}")
+        ax.errorbar(xs, shares, yerr=around, fmt=style, color=COLOURS[name], capsize=2, markersize=4,
+                    linewidth=1, elinewidth=0.7, label=f"{name}, 95 % intervals")
 
 
 def draw_success(_, pairs, runs):
@@ -229,17 +240,23 @@ def draw_success(_, pairs, runs):
     for method in dict.fromkeys(r["method"] for r in runs):
         own = [r for r in runs if r["method"] == method and r["size"] == "all"]
         series[f"{method}, maps"] = (own, outcome_of_run)
-    figure, (left, right) = pyplot.subplots(1, 2, figsize=(12, 4.8), sharey=True)
-    for i, (label, (own, outcome)) in enumerate(series.items()):
-        colour = "black" if i == 0 else f"C{i - 1}"
+    series = {label: of for label, of in series.items() if of[0]}
+    shape = {"squeeze": False, "sharey": True, "sharex": "col"}
+    figure, axes = pyplot.subplots(len(series), 2, figsize=(10, 1.9 * len(series) + 0.8), **shape)
+    for (left, right), (label, (own, outcome)) in zip(axes, series.items()):
         common = [(float(p["common"]), outcome(p)) for p in own]
         smaller = [max(1, min(float(p["source_stems"]), float(p["target_stems"]))) for p in own]
         overlap = [(n / of, result) for (n, result), of in zip(common, smaller)]
-        aside = 1 + 0.012 * (i - (len(series) - 1) / 2)  # so that all intervals are seen
-        curve(left, overlap, OVERLAPS, colour, label, aside)
-        curve(right, common, COMMON, colour, label, aside)
+        curve(left, overlap, OVERLAPS)
+        curve(right, common, COMMON)
+        left.set_title(f"{label}: {len(own)} pairs", fontsize="small", loc="left")
+        left.set_ylabel("pairs [%]")
+        for ax in (left, right):
+            ax.set_ylim(-3, 103)
+            ax.set_yticks(range(0, 101, 25))
+            ax.grid(alpha=0.3)
+    left, right = axes[-1]
     left.set_xlabel("overlap: stems in both maps / stems in the smaller map")
-    left.set_ylabel("share of the pairs [%], 95 % intervals")
     left.set_xlim(0, 1.03)
     right.set_xlabel("stems in both maps")
     right.set_xscale("symlog", linthresh=10)
@@ -247,13 +264,9 @@ def draw_success(_, pairs, runs):
     ticks = [t for t in (0, 2, 4, 6, 8, 10, 20, 50, 100, 200, 500) if t <= right.get_xlim()[1]]
     right.set_xticks(ticks)
     right.set_xticklabels(ticks)
-    for ax in (left, right):
-        ax.set_ylim(-3, 103)
-        ax.set_yticks(range(0, 101, 20))
-        ax.grid(alpha=0.3)
-    handles, labels = right.get_legend_handles_labels()
-    figure.subplots_adjust(top=0.8, wspace=0.05)
-    figure.legend(handles, labels, loc="upper center", ncol=len(series), fontsize="small", frameon=False)
+    figure.tight_layout(rect=(0, 0, 1, 1 - 0.35 / figure.get_figheight()))
+    handles, labels = axes[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", ncol=2, fontsize="small", frameon=False)
 
 
 FIGURES = {"times": draw_times, "growth": draw_growth, "overlap": draw_overlap, "errors": draw_errors,
