@@ -56,16 +56,18 @@ struct matcher {
   std::function<match_run(const two_maps&, const run_limits&)> run;
 };
 
-/// `index` is `match_stems` with default options; the others have the paper's tolerance.
-inline std::vector<matcher> all_matchers() {
+/// `index` is `match_stems` with these options; the others have the paper's tolerance.
+inline std::vector<matcher> all_matchers(const matching_options& options = {}) {
   constexpr double inlier_threshold = 0.05;
   const auto at_threshold = [&](const auto& run) {
     return
         [=](const two_maps& maps, const run_limits& limits) { return run(maps, limits, inlier_threshold); };
   };
   return {
-      {"index", [](const auto& maps,
-                   const auto& limits) { return run_match_stems(maps.source, maps.target, {}, limits); }},
+      {"index",
+       [options](const auto& maps, const auto& limits) {
+         return run_match_stems(maps.source, maps.target, options, limits);
+       }},
       {"algorithm_1", at_threshold(run_algorithm_1)},
       {"literal_algorithm_1", at_threshold(run_literal_algorithm_1)},
       {"centroid_test", at_threshold(run_centroid_test)},

@@ -63,6 +63,16 @@ void for_each_four(std::size_t size, const Visit& visit) {
           if (std::set{i, j, k, l}.size() == 4) visit(four_indices{i, j, k, l});
 }
 
+TEST_CASE("ten stems, all in both maps, are found though few bases are within half their extent") {
+  std::size_t found = 0;
+  for (std::uint64_t seed = 0; seed < 40; ++seed) {
+    const two_maps maps = scenes::equal_maps(seed, 10);
+    const auto transform = run(maps, {}).target_from_source;
+    found += transform && scenes::is_right(run(maps, {}), maps);
+  }
+  CHECK(found == 40);
+}
+
 TEST_CASE("congruent sets are those of brute force over all sets of four stems") {
   std::size_t found_at_all = 0;
   for (std::uint64_t seed = 0; seed < 6; ++seed) {

@@ -219,6 +219,17 @@ TEST_CASE("truth that cannot be used is named, with what was asked for") {
   CHECK_THAT(three_scans().error(options), Contains("no header of a PTX or E57 file has a pose"));
 }
 
+TEST_CASE("what cannot be used is refused before anything is mapped: true stems, and scans without points") {
+  const three_scans folder;
+  for (std::size_t i = 0; i < 3; ++i) folder.write(std::string(1, char('a' + i)) + ".pose", three_poses()[i]);
+  folder.file("stems.csv", "1,2,3\n4,5,6\n");
+  CHECK_THAT(folder.error(), Contains("stems.csv: has no line that names the columns"));
+  folder.file("stems.csv", "x,y\n1,2\n");
+  CHECK(folder.error().empty());
+  folder.file("b.xyz", "");
+  CHECK_THAT(folder.error(), Contains("b.xyz: is empty"));
+}
+
 TEST_CASE("poses of scans that are not there are noted") {
   const three_scans folder;
   const char* names[] = {"a.pose", "pose_b.txt", "c_pose.txt"};

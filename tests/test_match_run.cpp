@@ -61,4 +61,23 @@ TEST_CASE("every matcher registers a pair of equal maps, and none that is stoppe
   }
 }
 
+TEST_CASE("the matcher of this library has the options that are given: degrees of freedom, tolerance") {
+  two_maps maps = scenes::small_maps(2, 30, 1, {.noise = 0, .detected = 1, .false_stems = 0});
+  double height = 0;  // else stems on level ground leave a tilt unknown
+  for (Eigen::Vector3d& position : maps.source) position.z() += (height = 1.7 - height);
+  const Eigen::Isometry3d tilted(Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitX()));
+  for (std::size_t i = 0; i < maps.source.size(); ++i) maps.target.push_back(tilted * maps.source[i]);
+  maps.target.erase(maps.target.begin(), maps.target.end() - std::ptrdiff_t(maps.source.size()));
+  const auto up = [&](degrees_of_freedom dof) {
+    matching_options options;
+    options.dof = dof;
+    options.inlier_threshold = 0.2;
+    const auto found = all_matchers(options).front().run(maps, {}).target_from_source;
+    REQUIRE(found);
+    return Eigen::Vector3d(found->linear().col(2));
+  };
+  CHECK(up(degrees_of_freedom::four).isApprox(Eigen::Vector3d::UnitZ(), 1e-9));
+  CHECK(up(degrees_of_freedom::six).isApprox(tilted.linear().col(2), 1e-6));
+}
+
 }  // namespace globalmatch::test_match_run

@@ -4,10 +4,11 @@
 // points as far apart as those of the base; two of these are a congruent set where they intersect at those
 // ratios in one place; the transform of each is tried on all points; many bases, the best transform wins.
 //
-// Ours: the base is drawn within half the extent of the map; all six distances of a congruent set must be
-// those of the base; the number of bases is that of RANSAC for the share of stems that agree so far; the
-// least squares over all agreeing stems in the end. Radii are not used. Cost: quadratic in the target stems,
-// and for each base the pairs of its two lengths.
+// Ours: the base is drawn within half the extent of the map, as a wide one is in both maps more seldom, and
+// within all of it where such ones bring no six stems together, or less than the share sought; all six
+// distances of a congruent set must be those of the base; the number of bases is that of RANSAC for the share
+// of stems that agree so far; the least squares over all agreeing stems in the end. Radii are not used. Cost:
+// quadratic in the target stems, and for each base the pairs of its two lengths.
 #pragma once
 
 #include <globalmatch/detail/core/random.hpp>
@@ -187,24 +188,38 @@ inline double bases_needed(double share, double confidence) {
   return std::log(1 - confidence) / std::log1p(-std::pow(std::min(share, 0.999), 4));
 }
 
-/// The transform of a congruent set on which most stems agree, of several the first.
-inline scored_transform best_congruent_set(const stem_alignment& maps, matching_funnel& funnel,
-                                           const congruent_set_options& options = {}) {
-  scored_transform best;
-  if (std::min(maps.source.size(), maps.target.size()) < 4) return best;
+/// Improves `best` by bases within a share of the extent.
+inline void search_bases(const stem_alignment& maps, const congruent_set_options& options,
+                         matching_funnel& funnel, scored_transform& best) {
   const congruent_sets sets(maps, options);
   random_source random(0);
   double share = options.min_share;
+  std::size_t bases = 0;
   for (std::size_t draws = 0; draws < options.max_draws; ++draws) {
-    if (double(funnel.source_triangles) >= bases_needed(share, options.confidence)) break;
+    if (double(bases) >= bases_needed(share, options.confidence)) break;
     const auto base = sets.draw_base(random);
     if (!base) continue;
-    ++funnel.source_triangles;  // bases
+    ++bases;
     sets.for_each(*base, [&](const auto& pairs) {
       ++funnel.local_pairs;
       maps.keep_better(pairs, best);
     });
     share = std::max(share, double(best.agreeing) / double(maps.source.size()));
+  }
+  funnel.source_triangles += bases;
+}
+
+/// The transform of a congruent set on which most stems agree, of several the first.
+inline scored_transform best_congruent_set(const stem_alignment& maps, matching_funnel& funnel,
+                                           congruent_set_options options = {}) {
+  constexpr double min_agreeing = 6;
+  scored_transform best;
+  if (std::min(maps.source.size(), maps.target.size()) < 4) return best;
+  search_bases(maps, options, funnel, best);
+  if (double(best.agreeing) < std::max(min_agreeing, options.min_share * double(maps.source.size())) &&
+      options.extent_share < 1) {
+    options.extent_share = 1;
+    search_bases(maps, options, funnel, best);
   }
   funnel.tested = funnel.local_pairs;
   return best;

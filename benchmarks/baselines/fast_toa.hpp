@@ -1,9 +1,11 @@
 // A matcher in the manner of Fast-TOA (Tremblay and Beland 2018, "Towards operational marker-free
-// registration of terrestrial lidar data in forests", ISPRS J.). [GM] 2.2 fixes: it is TOA where likeness by
-// relative positions and DBH leaves out pairs of triplets and sorts the others. What its program documents
+// registration of terrestrial lidar data in forests", ISPRS J.). [GM] 2.2 fixes
+// that likeness by relative positions and DBH leaves out pairs of triplets and sorts the others, which it
+// says of Kelbe et al., too; of this one only that it is the efficient version. What its program documents
 // has a largest relative difference of DBH and a largest one of positions.
 //
-// Ours: tolerances and grid as in `toa.hpp`; narrow triplets, which determine a rotation badly, are left out;
+// Ours: level maps, horizontal edges, all pairs in place of RANSAC, tolerances and grid as in `toa.hpp`; the
+// order and the end of the search; narrow triplets, which determine a rotation badly, are left out;
 // the pairs whose edges differ least are tried first, and the search ends when a transform brings enough
 // stems together. Where none does all pairs are tried, as by TOA. Radii that are unknown are alike.
 #pragma once

@@ -3,10 +3,12 @@
 // stems is tried; triplets that differ in edges or DBH are left out; of the transforms of all others that one
 // is taken on which most stems agree. The abstract of Kelbe et al. speaks of voting for it.
 //
-// Ours: the tolerances, as no source at hand has them; like triplets are found by a grid over their edges, so
-// that not every two must be compared, which is faster than what was published and finds the same ones; the
-// least squares over all agreeing stems in the end. Radii that are unknown are alike: without any, edges
-// decide alone. Cost: cubic in the stems, and a try for every two triplets that are alike.
+// Ours: maps are level, so that edges are horizontal and a transform has four degrees of freedom; all pairs
+// of like triplets are tried, where [GM] 5.3 calls both TOA and Fast-TOA RANSAC; the tolerances, as no source
+// at hand has them; like triplets are found by a grid over their edges, so that not every two must be
+// compared, which is faster than what was published and finds the same ones; the least squares over all
+// agreeing stems in the end. Radii that are unknown are alike: without any, edges decide alone. Cost: cubic
+// in the stems, and a try for every two triplets that are alike.
 #pragma once
 
 #include "baselines/like_triplets.hpp"

@@ -185,13 +185,20 @@ class plot_evaluation {
     return {pair.outcome == outcome::registered, pair.coarse};
   }
 
+  // The others turn maps about the vertical alone; ours, too, unless it is said.
+  matching_options levelled() const {
+    matching_options matching = options_.matching;
+    if (!matching.dof) matching.dof = degrees_of_freedom::four;
+    return matching;
+  }
+
   // Few stems first, so that it is known which method is too slow before it meets many.
   void match_alone() {
     std::vector<stem_selection> selections;
     for (const double range : options_.ranges) selections.push_back({.count = 0, .range = range});
     for (const std::size_t size : options_.sizes) selections.push_back({.count = size, .range = 0});
     selections.push_back({});
-    for (const matcher& method : all_matchers()) {
+    for (const matcher& method : all_matchers(levelled())) {
       const auto& wanted = options_.methods;
       if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), method.name) == wanted.end()) continue;
       std::size_t max_stems = std::numeric_limits<std::size_t>::max();

@@ -5,6 +5,7 @@
 #include "find_truth.hpp"
 #include "stem_truth.hpp"
 #include "support/file_error.hpp"
+#include "support/scan_files.hpp"
 #include "support/scan_sets.hpp"
 #include "support/wildcards.hpp"
 
@@ -90,6 +91,8 @@ inline void add_stems(stored_plot& plot, const dataset_options& options) {
       unused = file->path.string();
       file.reset();
     }
+    // Read before anything is mapped, for what is wrong in it.
+    if (file) read_stem_truth(*file, name, plot.truth.plot_from_scan(plot.stems.size()));
     without += !file;
     plot.stems.push_back(std::move(file));
   }
@@ -114,6 +117,9 @@ inline stored_plot find_plot(const std::filesystem::path& folder, const dataset_
     throw support::file_error(folder, "holds one scan alone", "Put the scans of a plot into one folder");
   truth_search search(folder, plot.scans, options.truth);
   plot.names = search.names().all();
+  for (const auto& scan : plot.scans)
+    if (support::open_scan(scan).empty())
+      throw support::file_error(scan, "holds no points", "Move it away, or export it again");
   for (std::size_t i = 0; i < plot.names.size(); ++i)
     if (std::find(plot.names.begin(), plot.names.begin() + std::ptrdiff_t(i), plot.names[i]) !=
         plot.names.begin() + std::ptrdiff_t(i))

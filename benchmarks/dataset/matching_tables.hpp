@@ -41,7 +41,11 @@ class matching_tables : result_tables {
     const std::size_t smallest = sizes().front();
     note("Scans on the middle one, " +
          (smallest == 0 ? "whole maps" : "maps of " + std::to_string(smallest) + " stems") +
-         " that include the common ones first; means over those right.");
+         " that include the common ones first; means over those right. index is ours, with the options "
+         "given; the "
+         "others have the paper's 5 cm. Maps are taken as level: all turn about the vertical alone, ours, "
+         "too, "
+         "unless --dof is given.");
     print_plots(
         {"plot", "method", "right", "e_p [cm]", "e_R [mrad]", "e_t [cm]"},
         [&](const std::string& plot) {

@@ -26,6 +26,7 @@ class registration_tables : result_tables {
  private:
   void print_stem_mapping() {
     title("Stem mapping ([GM] table 2)");
+    note("Seconds of ours are of a scan; [GM] does not say whether its own are.");
     const auto row = [&](const std::string& plot) {
       std::vector<map_score> scores;
       std::vector<double> stems, seconds;
