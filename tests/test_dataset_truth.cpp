@@ -230,6 +230,16 @@ TEST_CASE("what cannot be used is refused before anything is mapped: true stems,
   CHECK_THAT(folder.error(), Contains("b.xyz: is empty"));
 }
 
+TEST_CASE("scanners further apart than any sees are noted, as of a truth in millimetres") {
+  const three_scans folder;
+  for (std::size_t i = 0; i < 3; ++i) {
+    Isometry3d pose = three_poses()[i];
+    pose.translation() *= 1000;
+    folder.write(std::string(1, char('a' + i)) + ".pose", pose);
+  }
+  CHECK_THAT(folder.find().notes.at(0), Contains("a 11045 m from b: is it in metres?"));
+}
+
 TEST_CASE("poses of scans that are not there are noted") {
   const three_scans folder;
   const char* names[] = {"a.pose", "pose_b.txt", "c_pose.txt"};

@@ -10,6 +10,7 @@
 #include "support/wildcards.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -106,6 +107,18 @@ inline void add_stems(stored_plot& plot, const dataset_options& options) {
                          "recall, stems in common by the maps");
 }
 
+/// Scanners of a plot that are further apart than any scanner sees are most often in millimetres.
+inline void add_distance_note(stored_plot& plot) {
+  constexpr double most = 1000;  // [m]
+  for (std::size_t i = 0; i < plot.names.size(); ++i) {
+    const double distance = plot.truth.target_from_source(i, plot.middle).translation().norm();
+    if (distance <= most) continue;
+    plot.notes.push_back("the truth puts " + plot.names[i] + " " + std::to_string(std::llround(distance)) +
+                         " m from " + plot.names[plot.middle] + ": is it in metres?");
+    return;
+  }
+}
+
 /// What a folder holds. Throws `file_error` where it cannot be evaluated.
 inline stored_plot find_plot(const std::filesystem::path& folder, const dataset_options& options) {
   stored_plot plot;
@@ -130,6 +143,7 @@ inline stored_plot find_plot(const std::filesystem::path& folder, const dataset_
   plot.truth_form = std::move(truth.form);
   plot.notes = std::move(truth.notes);
   plot.middle = options.middle.empty() ? middle_scan(plot.truth) : search.require_scan(options.middle);
+  add_distance_note(plot);
   add_stems(plot, options);
   return plot;
 }
