@@ -73,12 +73,22 @@ constexpr known_name known_names[] = {{"x", quantity::x, 1},          {"y", quan
                                       {"dbh", quantity::diameter, 1}, {"diameter", quantity::diameter, 2},
                                       {"bhd", quantity::diameter, 2}};
 
-// `points:2`, as ParaView names the components of a vector.
-std::optional<quantity> component_of(std::string_view word) {
-  if (word.size() < 2 || word[word.size() - 2] != ':') return std::nullopt;
+// `points:2` or `points_2`, as ParaView and others name the components of a vector, if it is of places:
+// colours and normals have components, too.
+std::optional<quantity> component_of(std::span<const std::string> words) {
+  constexpr std::string_view places[] = {"point", "points", "coord",    "coords",
+                                         "xyz",   "pos",    "position", "coordinates"};
+  const std::string& last = words.back();
+  const std::size_t colon = last.find(':');
+  const bool has_colon = colon != std::string::npos;
+  const std::string_view vector = has_colon           ? std::string_view(last).substr(0, colon)
+                                  : words.size() == 2 ? std::string_view(words[0])
+                                                      : std::string_view();
+  const std::string_view digit = has_colon ? std::string_view(last).substr(colon + 1) : last;
   constexpr quantity axes[] = {quantity::x, quantity::y, quantity::z};
-  const char digit = word.back();
-  return digit >= '0' && digit <= '2' ? std::optional(axes[digit - '0']) : std::nullopt;
+  if (!is_one_of(vector, places) || digit.size() != 1 || digit[0] < '0' || digit[0] > '2')
+    return std::nullopt;
+  return axes[digit[0] - '0'];
 }
 
 // The column of the smallest rank; `is_double` where there are two of them.
@@ -142,7 +152,7 @@ column_meaning meaning_of(std::string_view name) {
       return word == "deg" || word == "degree" || word == "degrees" || word == "\xC2\xB0";
     });
   if (left.size() != 1) return meaning;
-  if (const auto component = component_of(left[0])) {
+  if (const auto component = component_of(words)) {
     meaning.what = *component;
     meaning.rank = 2;
     return meaning;

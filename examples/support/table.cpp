@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include "support/commented_names.hpp"
+
 namespace globalmatch::support {
 
 namespace {
@@ -71,13 +73,13 @@ void table_reader::read_header() {
       given_separator_ = line[4];
     } else if (const auto comment = comment_of(line)) {
       line_number_ = at.number;
-      if (names_.empty()) take_header(*comment, true);
+      if (names_.empty()) take_comment(*comment);
     } else if (is_count(line)) {
       blocks_.begin(*to_count(line));
     } else if (!line.empty()) {
       line_number_ = at.number;
       if (has_header() || count_numbers(at.text) > 1) break;
-      if (take_header(at.text, false)) {
+      if (take_header(at.text, {})) {
         ahead_.pop_front();
         take_units();
         continue;
@@ -87,6 +89,10 @@ void table_reader::read_header() {
     ahead_.pop_front();
   }
   if (has_header()) return;
+  if (!doubtful_comment_.empty())
+    file_.fail("has a comment that may name the columns, but not those of its rows: " +
+                   quoted(trim(doubtful_comment_)),
+               remedy_of(kind_));
   const std::size_t cells = ahead_.empty() ? 0 : split(ahead_.front().text, ' ').size();
   const bool is_title =
       not_understood && !ahead_.empty() && kind_ == table_of::points &&
@@ -104,24 +110,58 @@ void table_reader::read_header() {
   }
 }
 
-// Whether a line names the columns. A comment does if it has a name for each cell of the row below.
-bool table_reader::take_header(std::string_view line, bool is_comment) {
+// A comment names the columns if it has a name for each cell of the row below. One that names coordinates
+// and has not is an error, unless a header follows.
+void table_reader::take_comment(std::string_view comment) {
+  const auto row = std::find_if(ahead_.begin() + 1, ahead_.end(),
+                                [&](const numbered_line& l) { return !is_no_row(l.text); });
+  if (row == ahead_.end()) return;
+  const auto has_cells = [&](std::size_t count) {
+    return std::any_of(separators.begin(), separators.end(), [&](char separator) {
+      std::vector<std::string_view> cells = split(row->text, separator);
+      while (!cells.empty() && cells.back().empty()) cells.pop_back();
+      return cells.size() == count;
+    });
+  };
+  for (const std::string_view text : {announced_names(comment), comment}) {
+    if (take_header(text, has_cells)) return;
+    if (!is_doubtful(with_joined_units(text), has_cells)) continue;
+    doubtful_comment_ = comment;
+    return;
+  }
+}
+
+// Whether a comment that does not fit the rows names coordinates nevertheless.
+bool table_reader::is_doubtful(std::string_view comment, const cell_check& has_cells) const {
   for (const char separator : separators) {
-    if (given_separator_ && separator != *given_separator_ && !is_comment) continue;
+    std::vector<std::string_view> names = split(comment, separator);
+    while (!names.empty() && names.back().empty()) names.pop_back();
+    if (names.size() < 2) continue;
+    std::string ignored;
+    const known_columns columns = find_columns(names, kind_, ignored);
+    if (has_cells(names.size()) && names_other_coordinates(names)) return true;
+    if (!columns.x || !columns.y || !columns.z) continue;
+    const std::size_t cells = has_cells(3) ? 3 : 4;
+    if (separator != ' ' || !is_harmless_sentence(names, *columns.x, *columns.y, *columns.z, cells))
+      return true;
+  }
+  return false;
+}
+
+// Whether a line names the columns: x and y, of scans z, too, and as many as the rows have cells.
+bool table_reader::take_header(std::string_view header, const cell_check& has_cells) {
+  const std::string line = with_joined_units(header);
+  for (const char separator : separators) {
+    if (given_separator_ && separator != *given_separator_ && !has_cells) continue;
     std::vector<std::string_view> names = split(line, separator);
     while (!names.empty() && names.back().empty()) names.pop_back();
     if (names.size() < 2) continue;
     std::string problem;
     const known_columns columns = find_columns(names, kind_, problem);
     if (!columns.x || !columns.y || (kind_ == table_of::points && !columns.z)) continue;
-    if (is_comment) {
-      const auto row = std::find_if(ahead_.begin() + 1, ahead_.end(),
-                                    [&](const numbered_line& l) { return !is_no_row(l.text); });
-      const auto as_many = [&](char c) { return split(row->text, c).size() == names.size(); };
-      if (row == ahead_.end() || std::none_of(separators.begin(), separators.end(), as_many)) continue;
-    }
+    if (has_cells && !has_cells(names.size())) continue;
     if (!problem.empty())
-      file_.fail("line " + std::to_string(line_number_) + " " + problem + ": " + quoted(trim(line)),
+      file_.fail("line " + std::to_string(line_number_) + " " + problem + ": " + quoted(trim(header)),
                  "Name one column each x, y and z, in a projected or local frame in metres");
     names_.assign(names.begin(), names.end());
     is_open_ended_ = split(line, separator).size() > names.size();
@@ -150,8 +190,8 @@ void table_reader::take_units() {
   ahead_.pop_front();
 }
 
-void table_reader::cut(std::string_view line, char separator, std::size_t row_names,
-                       std::vector<std::string_view>& cells, std::size_t max_cells) {
+std::size_t table_reader::cut(std::string_view line, char separator, std::size_t row_names,
+                              std::vector<std::string_view>& cells, std::size_t max_cells) {
   cells.clear();
   field_reader fields(line, separator);
   for (std::size_t i = 0; i < row_names; ++i) fields.next();
@@ -160,6 +200,7 @@ void table_reader::cut(std::string_view line, char separator, std::size_t row_na
     if (!cell) break;
     cells.push_back(*cell);
   }
+  return cells.size() + fields.count_left();
 }
 
 // Whether a line is passed over: blank, a comment, or a count.
@@ -272,8 +313,9 @@ bool table_reader::next() {
       continue;
     }
     blocks_.add_row();
-    cut(line, separator_, row_names_, cells_, needed_cells_);
-    if (kind_ == table_of::points || !has_header()) return true;
+    const std::size_t cells = cut(line, separator_, row_names_, cells_, needed_cells_);
+    if (!has_header() || cells == names_.size()) return true;
+    cut(line, separator_, row_names_, cells_, all_cells);
     while (cells_.size() > names_.size() && (is_open_ended_ || cells_.back().empty())) cells_.pop_back();
     if (separator_ == '\t' && cells_.size() < names_.size()) cells_.resize(names_.size());
     if (cells_.size() != names_.size())

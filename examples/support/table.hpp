@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -52,13 +53,17 @@ class table_reader {
   };
 
   void read_header();
-  bool take_header(std::string_view line, bool is_comment);
+  using cell_check = std::function<bool(std::size_t)>;  // whether rows have so many cells
+  void take_comment(std::string_view comment);
+  bool is_doubtful(std::string_view comment, const cell_check& has_cells) const;
+  bool take_header(std::string_view header, const cell_check& has_cells);
   void take_units();
   void find_format();
   bool fits(char separator, bool decimal_comma, std::size_t row_names) const;
   bool counts_rows(const std::vector<std::string_view>& first_cells) const;
-  static void cut(std::string_view line, char separator, std::size_t row_names,
-                  std::vector<std::string_view>& cells, std::size_t max_cells);
+  // Cuts off at most so many cells; returns the number of all.
+  static std::size_t cut(std::string_view line, char separator, std::size_t row_names,
+                         std::vector<std::string_view>& cells, std::size_t max_cells);
   bool is_no_row(std::string_view line) const;
   bool is_count(std::string_view line) const;
 
@@ -66,6 +71,7 @@ class table_reader {
   table_of kind_;
   std::deque<numbered_line> ahead_;  // lines that were looked at
   std::vector<std::string> names_;   // of columns
+  std::string doubtful_comment_;     // names coordinates, but does not fit the rows
   char header_separator_ = 0;
   bool is_open_ended_ = false;  // the header ends with an empty name: more cells may follow
   known_columns columns_;

@@ -138,6 +138,24 @@ std::optional<std::string_view> field_reader::next() {
   return field;
 }
 
+std::size_t field_reader::count_left() const {
+  if (at_end_) return 0;
+  if (rest_.find('"') != std::string_view::npos) {
+    std::size_t count = 0;
+    for (field_reader left = *this; left.next();) ++count;
+    return count;
+  }
+  if (separator_ != ' ') return 1 + std::size_t(std::count(rest_.begin(), rest_.end(), separator_));
+  std::size_t count = 0;
+  bool within = false;
+  for (const char c : rest_) {
+    const bool is_part = c != ' ' && c != '\t';
+    count += is_part && !within;
+    within = is_part;
+  }
+  return count;
+}
+
 std::vector<std::string_view> split(std::string_view line, char separator) {
   std::vector<std::string_view> all;
   field_reader fields(line, separator);

@@ -46,6 +46,8 @@ class field_reader {
   field_reader(std::string_view line, char separator);
   /// The next field; empty when the line has no more. Refers to the line.
   std::optional<std::string_view> next();
+  /// The number of fields not yet handed out.
+  std::size_t count_left() const;
 
  private:
   std::string_view rest_;

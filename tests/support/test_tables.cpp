@@ -103,6 +103,57 @@ TEST_CASE("comments, titles, counts, separators and empty rows around a table ar
   require_scan("note\tx\ty\tz\n\t1.5\t-2\t3\ndead wood\t4\t5.25\t-6\n");
 }
 
+TEST_CASE("a comment that names the columns is a header, or is refused with its text, but is never dropped") {
+  require_scan("# time [s] x [m] y [m] z [m]\n0.5 1.5 -2 3\n0.6 4 5.25 -6\n");
+  require_scan("# t (s), x (m), y (m), z (m)\n0.5 1.5 -2 3\n0.6 4 5.25 -6\n");
+  require_scan("# columns: time x y z\n0.5 1.5 -2 3\n0.6 4 5.25 -6\n");
+  require_scan("// Fields: time, x, y, z\n0.5,1.5,-2,3\n0.6,4,5.25,-6\n");
+  require_scan("# FIELDS intensity x y z\n0.5 1.5 -2 3\n0.6 4 5.25 -6\n");
+  require_scan("# columns: y x z\n-2 1.5 3\n5.25 4 -6\n");
+  require_scan("# time,x,y,z\n0.5,1.5,-2,3,\n0.6,4,5.25,-6,\n");
+  require_scan("# x (mm) y (mm) z (mm)\n1500 -2000 3000\n4000 5250 -6000\n");
+  require_scan("# id x y\nid x y z\n1 1.5 -2 3\n2 4 5.25 -6\n");
+  for (const std::string header : {"id x y z", "format: x y z"})
+    require_refused("# " + header + "\n100 1.5 -2 3 tree\n101 4 5.25 -6 tree\n", "'" + header + "'");
+  require_refused("# format: x y z\n1.5 -2 3 7\n4 5.25 -6 9\n", "'format: x y z'");
+  require_refused("#y,x,z,intensity\n-2,1.5,3\n5.25,4,-6\n", "'y,x,z,intensity'");
+  for (const std::string header :
+       {"range azimuth elevation", "time x y", "azimuth, zenith, range", "x y intensity", "y x z in metres"})
+    require_refused("% " + header + "\n1.5 -2 3\n4 5.25 -6\n", "'" + header + "'");
+}
+
+TEST_CASE("a comment that is a sentence is harmless") {
+  for (const char* sentence :
+       {"points with x, y and z in metres", "the columns are x y z", "scan of plot", "plot 7, east side",
+        "exported from a scanner at the north end of the plot", "Date: 2020-05-01 12:30", "40 points", "x"})
+    require_scan("# " + std::string(sentence) + "\n1.5 -2 3\n4 5.25 -6\n");
+}
+
+TEST_CASE("a row of a scan with another number of cells than its header is refused with its number") {
+  std::string commas = "note,x,y,z,i\n", blanks = "t x y z i\n", behind = "x,y,z,note\n";
+  for (int i = 0; i < 9; ++i) {
+    commas += "oak,1,2,3,4\n";
+    blanks += "1 1 2 3 4\n";
+    behind += "1,2,3,\"a, b\"\n";
+  }
+  require_refused(commas + "1,2,10,20,30,5\n", "line 11 has 6 fields, but the header names 5");
+  require_refused(blanks + "1 2 3 4\n", "line 11 has 4 fields, but the header names 5");
+  require_refused(behind + "1,2,3,a,b\n", "line 11 has 5 fields, but the header names 4");
+  require_scan("x,y,z,note\n1.5,-2,3,\"a, b\"\n4,5.25,-6,,\n");
+}
+
+TEST_CASE("components of other vectors than places are no coordinates") {
+  for (const char* other : {"RGB", "Normals", "Velocity"}) {
+    const auto names = [](const std::string& name, const char* sign) {
+      return name + sign + "0," + name + sign + "1," + name + sign + "2";
+    };
+    for (const char* sign : {":", "_"}) {
+      require_refused(names(other, sign) + "\n1,2,3\n", "names no columns");
+      require_scan(names(other, sign) + "," + names("Points", sign) + "\n7,8,9,1.5,-2,3\n7,8,9,4,5.25,-6\n");
+    }
+  }
+}
+
 TEST_CASE("rows below more comments than are looked at are read as others are") {
   std::string text;
   for (int i = 0; i < 300; ++i) text += "# line " + std::to_string(i) + "\n";
