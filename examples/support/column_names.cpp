@@ -130,8 +130,37 @@ void understand_letters(const std::vector<std::string_view>& names, table_of kin
   bool ignored = false;
   const auto x = best_of(columns, quantity::x, ignored);
   if (kind != table_of::points || !x || columns[*x].rank < 3 || !is_missing(quantity::z)) return;
+  const auto names_height = [&](std::string_view name) {
+    const auto own = words_of(name);
+    return !own.empty() && own.size() <= 2 && (own[0] == "h" || own[0] == "height");
+  };
+  if (std::count_if(names.begin(), names.end(), names_height) > 1) return;  // of which kind is not said
   if (const auto height = find({"h", "height"}))
     columns[*height] = {quantity::z, 5, columns[*height].unit, false};
+}
+
+// Coordinates of one table belong together: of the kinds of names (x, gx, easting), those of the first kind
+// that is complete are kept, or of the first with x and y, with the best heights. x beside northing is none.
+void keep_one_set(std::vector<column_meaning>& columns) {
+  constexpr int ranks = 6;
+  const auto is_of = [](const column_meaning& c, int rank) {  // `x` and `y (m)` are of one kind
+    return c.rank == rank || (rank == 1 && c.rank == 0);
+  };
+  const auto has = [&](quantity what, int rank) {
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const column_meaning& c) { return c.what == what && is_of(c, rank); });
+  };
+  std::optional<int> plan, complete;
+  for (int rank = ranks; rank-- > 0;) {
+    if (!has(quantity::x, rank) || !has(quantity::y, rank)) continue;
+    plan = rank;
+    if (has(quantity::z, rank)) complete = rank;
+  }
+  for (column_meaning& c : columns) {
+    const bool is_place = c.what == quantity::x || c.what == quantity::y;
+    const bool is_other = complete ? !is_of(c, *complete) : !plan || !is_of(c, *plan);
+    if ((is_place && is_other) || (c.what == quantity::z && complete && is_other)) c.what = quantity::other;
+  }
 }
 
 }  // namespace
@@ -183,6 +212,7 @@ known_columns find_columns(const std::vector<std::string_view>& names, table_of 
   found.radius = take(quantity::radius);
   found.diameter = take(quantity::diameter);
   problem.clear();  // of several diameters the first one counts
+  keep_one_set(columns);
   found.x = take(quantity::x);
   found.y = take(quantity::y);
   found.z = take(quantity::z);

@@ -16,21 +16,35 @@ namespace globalmatch::support {
 
 namespace {
 
-// What is written where a value is not known.
-bool says_unknown(std::string_view cell) {
-  constexpr std::string_view words[] = {"", "na", "n/a", "nan", "null", "none", "-", "--", ".", "-9999"};
-  return std::find(std::begin(words), std::end(words), lower_case(cell)) != std::end(words);
+// Numbers that programs write where a value is not known, in any spelling: -9999.00 is -9999.
+bool is_unknown_number(double number) {
+  constexpr double numbers[] = {-9999, -99999, -999999, -32768, -2147483648.};
+  constexpr double no_length =
+      1e30;  // the largest numbers of single and double precision stand for none, too
+  return std::isnan(number) || (std::isfinite(number) && std::abs(number) >= no_length) ||
+         std::find(std::begin(numbers), std::end(numbers), number) != std::end(numbers);
+}
+
+// Whether a value is not known, as a word or a number says. The number is that of the cell, without its unit.
+bool says_unknown(const table_reader& table, std::size_t column) {
+  constexpr std::string_view words[] = {"",   "na", "n/a",  "nan",  "null", "none", "-",
+                                        "--", ".",  "#n/a", "<na>", "n.a.", "n.d.", "nd"};
+  const std::string word = lower_case(table.cells()[column]);
+  if (std::find(std::begin(words), std::end(words), word) != std::end(words)) return true;
+  const auto value = table.number(column);
+  return value && is_unknown_number(std::round(*value / table.columns().units[column] * 1e6) / 1e6);
 }
 
 // Numbers that stand for an unknown length: a coordinate may well be -99.
-bool says_unknown_length(std::string_view cell) {
-  return says_unknown(cell) || cell == "-999" || cell == "-99";
+bool says_unknown_length(const table_reader& table, std::size_t column) {
+  const auto value = table.number(column);
+  return says_unknown(table, column) || (value && (*value == -999 || *value == -99));
 }
 
 // The coordinate in a cell; nothing where it is not known.
 std::optional<double> coordinate(const table_reader& table, std::size_t column, std::string_view name) {
   const std::string_view cell = table.cells()[column];
-  if (says_unknown(cell)) return std::nullopt;
+  if (says_unknown(table, column)) return std::nullopt;
   const auto value = table.number(column);
   if (!value || !std::isfinite(*value))
     table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),
@@ -40,7 +54,7 @@ std::optional<double> coordinate(const table_reader& table, std::size_t column, 
 
 double length_if_known(const table_reader& table, std::size_t column, std::string_view name) {
   const std::string_view cell = table.cells()[column];
-  if (says_unknown_length(cell)) return std::numeric_limits<double>::quiet_NaN();
+  if (says_unknown_length(table, column)) return std::numeric_limits<double>::quiet_NaN();
   const auto value = table.number(column);
   if (!value || std::isinf(*value) || *value < 0)
     table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),
@@ -51,7 +65,7 @@ double length_if_known(const table_reader& table, std::size_t column, std::strin
 // Whether the current row is a note, as of means below a table: it has no numbers where x and y are.
 bool is_note(const table_reader& table, const known_columns& columns) {
   const bool x = table.number(*columns.x).has_value(), y = table.number(*columns.y).has_value();
-  return !x && !y && (says_unknown(table.cells()[*columns.x]) || says_unknown(table.cells()[*columns.y]));
+  return !x && !y && (says_unknown(table, *columns.x) || says_unknown(table, *columns.y));
 }
 
 // Radii or diameters that no tree has in metres are in centimetres, or in millimetres if no tree has them so.

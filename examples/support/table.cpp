@@ -71,9 +71,9 @@ void table_reader::read_header() {
     const std::string_view line = trim(at.text);
     if (line.size() == 5 && lower_case(line).starts_with("sep=")) {
       given_separator_ = line[4];
-    } else if (const auto comment = comment_of(line)) {
+    } else if (is_comment(at.text)) {
       line_number_ = at.number;
-      if (names_.empty()) take_comment(*comment);
+      if (names_.empty()) take_comment(*comment_of(line));
     } else if (is_count(line)) {
       blocks_.begin(*to_count(line));
     } else if (!line.empty()) {
@@ -203,9 +203,21 @@ std::size_t table_reader::cut(std::string_view line, char separator, std::size_t
   return cells.size() + fields.count_left();
 }
 
+// Whether a line is a comment. One with a cell for each name, and numbers at x and y, is a row: `#12` may
+// well be the tag of a tree.
+bool table_reader::is_comment(std::string_view line) const {
+  if (!comment_of(trim(line))) return false;
+  if (!has_header()) return true;
+  const std::vector<std::string_view> cells = split(line, header_separator_);
+  const auto is_number = [&](std::size_t column) {
+    return to_number(cells[column], false) || to_number(cells[column], true);
+  };
+  return cells.size() != names_.size() || !is_number(*columns_.x) || !is_number(*columns_.y);
+}
+
 // Whether a line is passed over: blank, a comment, or a count.
 bool table_reader::is_no_row(std::string_view line) const {
-  return is_blank(line) || comment_of(trim(line)) || is_count(line);
+  return is_blank(line) || is_comment(line) || is_count(line);
 }
 
 // Whether most of the first rows have a cell for each name, and numbers where x, y and z are.
@@ -307,7 +319,7 @@ bool table_reader::next() {
       blocks_.end();
       return false;
     }
-    if (is_blank(line) || comment_of(trim(line))) continue;
+    if (is_blank(line) || is_comment(line)) continue;
     if (is_count(line)) {
       blocks_.begin(*to_count(trim(line)));
       continue;

@@ -64,6 +64,7 @@ class table_reader {
   // Cuts off at most so many cells; returns the number of all.
   static std::size_t cut(std::string_view line, char separator, std::size_t row_names,
                          std::vector<std::string_view>& cells, std::size_t max_cells);
+  bool is_comment(std::string_view line) const;
   bool is_no_row(std::string_view line) const;
   bool is_count(std::string_view line) const;
 

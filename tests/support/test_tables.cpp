@@ -154,6 +154,41 @@ TEST_CASE("components of other vectors than places are no coordinates") {
   }
 }
 
+TEST_CASE("columns of one set are chosen, never a mixture") {
+  require_scan("x,y,gx,gy,gz\n7,8,1.5,-2,3\n7,8,4,5.25,-6\n");
+  require_scan("x,y,z,gx,gy,gz\n1.5,-2,3,7,8,9\n4,5.25,-6,7,8,9\n");
+  require_scan("x,northing,z,easting\n7,-2,3,1.5\n7,5.25,-6,4\n");
+  require_scan("easting,y,northing,z\n1.5,7,-2,3\n4,7,5.25,-6\n");
+  require_scan("x,y (m),z\n1.5,-2,3\n4,5.25,-6\n");
+  require_refused("x,northing,z\n1,2,3\n", "'x,northing,z'");
+  require_refused("easting,northing,h,H\n1,2,3,4\n", "'easting,northing,h,H'");
+}
+
+TEST_CASE("a row whose first cell begins with the sign of a comment is a row") {
+  for (const std::string sign : {"#", "%", "!"}) {
+    require_map("tag,x,y\n" + sign + "1,1.5,-2\n2,4,5.25\n");
+    require_map("tag;x;y\n" + sign + "1;1,5;-2\n" + sign + "2;4;5,25\n");
+    require_map("tag,x,y\n1,1.5,-2\n" + sign + "3, 4, note\n2,4,5.25\n");
+    require_scan("tag x y z\n" + sign + "1 1.5 -2 3\n2 4 5.25 -6\n");
+  }
+  require_map("x,y\n#1,2\n1.5,-2\n4,5.25\n");
+}
+
+TEST_CASE("what says that a coordinate of a stem is not known is understood in any spelling") {
+  for (const char* word : {"-9999", "-9999.0", "-9999.000", "-99999", "-32768", "-1e4", "#N/A", "<NA>",
+                           "n.a.", "NaN", "-3.40282346638529e+38"}) {
+    const temporary_directory directory;
+    INFO(word);
+    const bool is_number = std::string(word) == "-1e4";
+    const std::string rows = "1.5,-2," + std::string(word) + "\n4,5.25,1\n";
+    CHECK(read_stems(directory.file("z", "x,y,z\n" + rows)).has_heights == is_number);
+    const std::string missing = std::string(word) + ",2,3\n1.5,-2,3\n4,5.25,1\n";
+    CHECK(read_stems(directory.file("x", "x,y,z\n" + missing)).stems.size() == (is_number ? 3u : 2u));
+  }
+  require_map("x;y;z;dbh\n1,5;-2;-9999,0;-999,0\n4;5,25;1;0,3\n");
+  require_map("x (cm),y (cm),z (cm)\n-9999.0,-9999.0,1\n150,-200,-9999.0\n400,525,1\n");
+}
+
 TEST_CASE("rows below more comments than are looked at are read as others are") {
   std::string text;
   for (int i = 0; i < 300; ++i) text += "# line " + std::to_string(i) + "\n";
