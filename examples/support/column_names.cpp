@@ -150,15 +150,15 @@ void keep_one_set(std::vector<column_meaning>& columns) {
     return std::any_of(columns.begin(), columns.end(),
                        [&](const column_meaning& c) { return c.what == what && is_of(c, rank); });
   };
-  std::optional<int> plan, complete;
+  std::optional<int> plane, complete;
   for (int rank = ranks; rank-- > 0;) {
     if (!has(quantity::x, rank) || !has(quantity::y, rank)) continue;
-    plan = rank;
+    plane = rank;
     if (has(quantity::z, rank)) complete = rank;
   }
   for (column_meaning& c : columns) {
     const bool is_place = c.what == quantity::x || c.what == quantity::y;
-    const bool is_other = complete ? !is_of(c, *complete) : !plan || !is_of(c, *plan);
+    const bool is_other = complete ? !is_of(c, *complete) : !plane || !is_of(c, *plane);
     if ((is_place && is_other) || (c.what == quantity::z && complete && is_other)) c.what = quantity::other;
   }
 }

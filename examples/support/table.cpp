@@ -253,6 +253,27 @@ bool table_reader::counts_rows(const std::vector<std::string_view>& first_cells)
   return true;
 }
 
+// Whether the first cells are increasing integers beside decimals, as identifiers of points, or too large for
+// coordinates, as seconds of GPS: without a header there is no telling them from x.
+bool table_reader::starts_with_no_coordinate(char separator, bool decimal_comma) const {
+  constexpr std::size_t few = 3;
+  constexpr double largest = 1e8;  // [m] beyond all projected coordinates
+  std::size_t rows = 0;
+  bool increases = true, is_large = true;
+  std::optional<std::uint64_t> last;
+  for (const numbered_line& line : ahead_) {
+    if (is_no_row(line.text)) continue;
+    const std::vector<std::string_view> cells = split(line.text, separator);
+    if (cells.size() < 4) return false;
+    const auto count = to_count(cells[0]);
+    increases = increases && count && (!last || *count > *last) && !to_count(cells[1]);
+    is_large = is_large && to_number(cells[0], decimal_comma).value_or(0) > largest;
+    last = count;
+    ++rows;
+  }
+  return rows >= few && (increases || is_large);
+}
+
 void table_reader::find_format() {
   std::vector<std::string_view> first_cells;
   bool all_quoted = true;
@@ -289,6 +310,10 @@ void table_reader::find_format() {
         if (!has_header() && cells.size() > 3 && row_names == 0 && first_cells.size() >= many &&
             counts_rows(first_cells))
           file_.fail("has no header, and its first column counts the rows", remedy_of(kind_));
+        if (!has_header() && row_names == 0 && starts_with_no_coordinate(separator, decimal_comma))
+          file_.fail("has no header, and its first column may be identifiers or times: " +
+                         quoted(trim(ahead_[*first_row].text)),
+                     remedy_of(kind_));
         return;
       }
     }

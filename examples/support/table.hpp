@@ -61,6 +61,7 @@ class table_reader {
   void find_format();
   bool fits(char separator, bool decimal_comma, std::size_t row_names) const;
   bool counts_rows(const std::vector<std::string_view>& first_cells) const;
+  bool starts_with_no_coordinate(char separator, bool decimal_comma) const;
   // Cuts off at most so many cells; returns the number of all.
   static std::size_t cut(std::string_view line, char separator, std::size_t row_names,
                          std::vector<std::string_view>& cells, std::size_t max_cells);

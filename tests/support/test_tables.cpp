@@ -189,6 +189,18 @@ TEST_CASE("what says that a coordinate of a stem is not known is understood in a
   require_map("x (cm),y (cm),z (cm)\n-9999.0,-9999.0,1\n150,-200,-9999.0\n400,525,1\n");
 }
 
+TEST_CASE("identifiers or times first, without a header, are refused") {
+  const std::string problem = "may be identifiers or times: '";
+  require_refused("1001 1.5 -2.5 3\n1002 4.5 5.25 -6\n1003 5.5 5.25 -6\n", problem + "1001 1.5");
+  require_refused("100,1.5,-2.5,3,TREE\n101,4.5,5.25,-6,TREE\n102,5.5,5.25,-6,TREE\n", problem);
+  require_refused("5;1,5;-2,5;3\n8;4,5;5,25;-6\n11;5,5;5,25;-6\n", problem);
+  require_refused("1600000000.00 1.5 -2 3\n1600000000.01 4 5.25 -6\n1600000000.02 4 5 -6\n", problem);
+  const temporary_directory directory;
+  for (const char* text : {"1 1.5 2\n2 1.5 2\n3 1.5 2\n", "1.0 1.5 2 9\n2.0 1.5 2 9\n3.0 1.5 2 9\n",
+                           "1 5 2 9\n2 5 2 9\n3 5 2 9\n", "1 1.5 2 9\n1 1.5 3 9\n3 1.5 2 9\n"})
+    CHECK(read_scan(directory.file("scan", text)).size() == 3);
+}
+
 TEST_CASE("rows below more comments than are looked at are read as others are") {
   std::string text;
   for (int i = 0; i < 300; ++i) text += "# line " + std::to_string(i) + "\n";
