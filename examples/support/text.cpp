@@ -30,6 +30,9 @@ Eigen::Vector3d point_of(const table_reader& table) {
           "Numbers are written like 12.5 or -1.25e1");
     p[axis] = *value;
   }
+  constexpr double unknown = -9999;
+  if (p.x() == unknown && p.y() == unknown && p.z() == unknown)
+    table.fail_at_row("has -9999 for x, y and z, which stands for unknown values", "Remove such lines");
   return p;
 }
 

@@ -201,6 +201,12 @@ TEST_CASE("identifiers or times first, without a header, are refused") {
     CHECK(read_scan(directory.file("scan", text)).size() == 3);
 }
 
+TEST_CASE("a row of a scan whose coordinates are not known is refused with its number") {
+  for (const char* row : {"-9999 -9999 -9999", "-9999.0 -9999.00 -9999", "NA NA NA", "NULL NULL NULL"})
+    require_refused("x y z\n1.5 -2 3\n" + std::string(row) + "\n4 5.25 -6\n4 5 -6\n", "line 3 has ");
+  require_scan("1.5 -2 3 -9999\n4 5.25 -6 -9999\n");
+}
+
 TEST_CASE("rows below more comments than are looked at are read as others are") {
   std::string text;
   for (int i = 0; i < 300; ++i) text += "# line " + std::to_string(i) + "\n";
