@@ -66,9 +66,9 @@ TEST_CASE("stem points by cells are the vertical ones, clustered by stem, and th
   const std::vector<vec3> points = understory_points(random);
   stem_map map;
   map.terrain.frame.origin = {70, 80, 90};
-  std::vector<local_points> parts(2);  // as a scan that is read in parts
-  const local_points all = as_local_points(points);
-  for (std::size_t i = 0; i < all.size(); ++i) parts[i % 2].push_back(all[i], all.index[i]);
+  parted_points parts(as_local_points(points));  // as a scan that is read in parts
+  const local_points& all = *parts.gathered[0];
+  parts.parts = {{&all, 0, all.size() / 3}, {&all, all.size() / 3, all.size()}};
   const stem_points found = stem_points_by_cells(std::move(parts), {}, map, {});
   CHECK(found.understory.points().size() == points.size());
   CHECK(found.understory.points().frame.origin == vec3{70, 80, 90});

@@ -50,8 +50,8 @@ TEST_CASE("stem points by points are thinned, have normals, and are counted as p
     points.push_back({5 + random.uniform(), 5 + random.uniform(), 21 + 0.002 * random.normal()});
   stem_map map;
   map.terrain.frame.origin = {7, 8, 9};
-  std::vector<local_points> parts(1, as_local_points(points));
-  parts.push_back({});
+  parted_points parts(as_local_points(points));
+  parts.parts.push_back({parts.gathered[0].get(), points.size(), points.size()});  // an empty one
   mapping_options options;
   options.voxel_size = 0.02;
   const stem_points found = stem_points_by_points(std::move(parts), options, map, {});
