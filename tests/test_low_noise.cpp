@@ -75,6 +75,27 @@ TEST_CASE("a thin layer that holds most points is the ground, a thicket is not")
   CHECK(std::isnan(noisy.layer_above_terrain()));
 }
 
+TEST_CASE("a sample keeps places to a millimetre, also of scans with points at 0 and outliers far away") {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::vector<vec3> points = {{0, 0, 0},
+                                    {691000.123, 5334000.456, 512.789},
+                                    {0, 0, 0},
+                                    {691020.001, 5334010.002, 513.003},
+                                    {1e9, -1e9, 1e9},
+                                    {nan, 1, 2},
+                                    {691021.5, 5334011.25, 513.125}};
+  sampled_points sample;
+  std::vector<vec3> kept;
+  for (const vec3& p : points) sample.push_back(p);
+  sample.begin_chunk();
+  sample.push_back(points[1]);
+  sample.for_each([&](const vec3& p) { kept.push_back(p); });
+  REQUIRE(kept.size() == 7);
+  for (std::size_t i = 0; i < 5; ++i) CHECK((kept[i] - points[i]).norm() < 1e-3);
+  CHECK((kept[5] - points[6]).norm() < 1e-3);
+  CHECK(kept[6] == points[1]);
+}
+
 TEST_CASE("noise scattered below dense ground does not move the terrain") {
   random_source random(5);
   scenes::cloud scan = scenes::ground_points(random, 20, 0.02, 0.01, scenes::slope{10, 30});

@@ -1,6 +1,7 @@
 #include "globalmatch/detail/mapping/tiled_minima.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <utility>
@@ -40,6 +41,20 @@ TEST_CASE("heights far up are kept to a micrometre, and of two that are nearly e
     const auto kept = (*minima.tiles().front())[4 * 32 + 4];
     CHECK(kept.z == Approx(high).margin(1e-9));
     CHECK(kept.x == 1.15f);
+  }
+}
+
+TEST_CASE("which of two points is lower depends on neither threads nor order, also between two floats") {
+  const double half = std::ldexp(1.0, -24), little = std::ldexp(1.0, -50);
+  const vec3 a{0.2, 0.1, 1 + half - little}, b{0.1, 0.1, 1 + half + little};
+  for (const bool a_first : {true, false}) {
+    tiled_minima one(0.25), other(0.25);
+    one.add({a_first ? &a : &b, 1}), other.add({a_first ? &b : &a, 1});
+    tiled_minima::tile merged = *one.tiles().front();
+    merged.take_lower(*other.tiles().front());
+    one.add({a_first ? &b : &a, 1});
+    CHECK(merged[0].x == 0.2f);
+    CHECK((*one.tiles().front())[0].x == 0.2f);
   }
 }
 

@@ -20,33 +20,37 @@
 
 namespace globalmatch::detail {
 
-/// What one thread sampled of a scan, without what is not finite. Points are near the first one of their
-/// chunk, so that floats tell where.
+/// What one thread sampled of a scan, without what is not finite, in groups of points that lie near each
+/// other, so that floats tell where in each.
 class sampled_points {
  public:
-  void begin_chunk() { is_first_ = true; }
+  /// Groups end with their chunk: what is rounded depends on no other chunk.
+  void begin_chunk() { begins_ = true; }
   void push_back(const vec3& p) {
+    constexpr double max_distance = 1000;  // [m] floats tell 0.1 mm
     if (!is_finite(p)) return;
-    if (std::exchange(is_first_, false)) chunks_.push_back({p, offsets_.size()});
-    offsets_.push_back(vec3f(p - chunks_.back().first));
+    if (std::exchange(begins_, false) ||
+        !((p - groups_.back().first).squared_norm() < max_distance * max_distance))
+      groups_.push_back({p, offsets_.size()});
+    offsets_.push_back(vec3f(p - groups_.back().first));
   }
   /// Calls `visit(p)` for each, in the frame of the scan.
   template <class Visit>
   void for_each(const Visit& visit) const {
-    for (std::size_t c = 0; c < chunks_.size(); ++c) {
-      const std::size_t end = c + 1 < chunks_.size() ? chunks_[c + 1].begin : offsets_.size();
-      for (std::size_t i = chunks_[c].begin; i < end; ++i) visit(chunks_[c].first + vec3(offsets_[i]));
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+      const std::size_t end = g + 1 < groups_.size() ? groups_[g + 1].begin : offsets_.size();
+      for (std::size_t i = groups_[g].begin; i < end; ++i) visit(groups_[g].first + vec3(offsets_[i]));
     }
   }
 
  private:
-  struct chunk {
+  struct group {
     vec3 first;
     std::size_t begin;  // of its offsets
   };
-  std::vector<chunk> chunks_;
+  std::vector<group> groups_;
   std::vector<vec3f> offsets_;
-  bool is_first_ = true;
+  bool begins_ = true;
 };
 
 /// One in so many points of a scan.

@@ -47,10 +47,10 @@ struct gathered_tile {
 };
 
 /// Merges what threads found, into tiles of some of them; sorted by key.
-inline std::vector<gathered_tile> merge_tiles(const std::vector<std::unique_ptr<lowest_gathering>>& gathered,
-                                              const execution& exec) {
+inline std::vector<gathered_tile> merge_tiles(
+    const std::vector<std::unique_ptr<lowest_gathering>>& of_threads, const execution& exec) {
   std::vector<tiled_minima::tile*> all;
-  for (const auto& own : gathered)
+  for (const auto& own : of_threads)
     all.insert(all.end(), own->minima.tiles().begin(), own->minima.tiles().end());
   std::vector<keyed_place> order(all.size()), spare;
   constexpr auto offset = std::uint64_t(1) << 63;  // negative numbers first

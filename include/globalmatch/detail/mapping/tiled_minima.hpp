@@ -23,8 +23,6 @@ class tiled_minima {
     double z = std::numeric_limits<double>::infinity();
     float x = 0, y = 0;  // from the corner of the tile
     bool empty() const { return std::isinf(z); }
-    /// Equally low points are ordered by their place, so that the order of points does not matter.
-    bool operator<(const lowest& o) const { return z != o.z ? z < o.z : x != o.x ? x < o.x : y < o.y; }
   };
   static constexpr std::size_t cells_a_tile = tile_cells * tile_cells;
   /// Number of a tile.
@@ -49,21 +47,26 @@ class tiled_minima {
     /// Keeps a point in a cell if it is lower; its height to 48 bits.
     void keep(std::size_t cell, const lowest& p) {
       const auto rounded = float(p.z);
-      const rest_of_lowest rest{float(p.z - double(rounded)), p.x, p.y};
-      if (!(lowest{double(rounded) + double(rest.height), p.x, p.y} < (*this)[cell])) return;
-      heights_[cell] = rounded;
-      rest_[cell] = rest;
+      keep(cell, rounded, {float(p.z - double(rounded)), p.x, p.y});
     }
     void take_lower(const tile& other) {
-      for (std::size_t i = 0; i < cells_a_tile; ++i)
-        if (const lowest p = other[i]; !p.empty()) keep(i, p);
+      for (std::size_t i = 0; i < cells_a_tile; ++i) keep(i, other.heights_[i], other.rest_[i]);
     }
 
    private:
+    /// Equally low points are ordered by their place, so that the order of points does not matter.
     struct rest_of_lowest {
       float height = 0;  // what rounding took
       float x = 0, y = 0;
+      bool operator<(const rest_of_lowest& o) const {
+        return height != o.height ? height < o.height : x != o.x ? x < o.x : y < o.y;
+      }
     };
+    void keep(std::size_t cell, float height, const rest_of_lowest& rest) {
+      if (!(height < heights_[cell] || (height == heights_[cell] && rest < rest_[cell]))) return;
+      heights_[cell] = height;
+      rest_[cell] = rest;
+    }
     std::array<float, cells_a_tile> heights_;  // rounded
     std::array<rest_of_lowest, cells_a_tile> rest_;
   };

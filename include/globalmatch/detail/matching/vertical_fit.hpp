@@ -75,12 +75,12 @@ class vertical_decision {
     return observations_.plane_variance(transform_, center_, sloped_.parameters[3], sloped_.parameters[4]);
   }
 
-  /// Whether the heights differ by a plane beyond doubt: more than by what they have in common. Heights that
-  /// the same ground was interpolated for err alike, by planes among others.
-  bool is_sloping() const {
-    return sloped_.log_likelihood - level_.log_likelihood > required_gain() &&
-           plane_variance() > shared_share * shared_variance();
-  }
+  /// Whether the heights differ by a plane beyond doubt.
+  bool differ_by_plane() const { return sloped_.log_likelihood - level_.log_likelihood > required_gain(); }
+
+  /// Whether they do by more than what they have in common: heights that the same ground was interpolated for
+  /// err alike, by planes among others.
+  bool is_sloping() const { return differ_by_plane() && plane_variance() > shared_share * shared_variance(); }
 
   /// The rotation vector [rad] that residuals in plan and axes ask for beyond doubt, and heights do not
   /// contradict; of those that the heights' plane and the axes propose.
@@ -185,7 +185,7 @@ inline std::optional<std::pair<local_hypothesis, local_vertical_fit>> try_rotate
     const vertical_decision& decision, const local_hypothesis& h, const matching_context& context) {
   constexpr double more_pairs = 1.2, min_kept = 0.9;
   const std::optional<vec3> turn = decision.rotation();
-  if (!turn && !decision.is_sloping()) return std::nullopt;
+  if (!turn && !decision.differ_by_plane()) return std::nullopt;
   local_hypothesis rotated = h;
   rotated.target_from_source = turned(
       h.target_from_source, turn.value_or(vertical_decision::turn_of(decision.sloped())), decision.center());
