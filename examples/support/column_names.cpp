@@ -71,7 +71,11 @@ constexpr known_name known_names[] = {{"x", quantity::x, 1},          {"y", quan
                                       {"alt", quantity::z, 3},        {"lon", quantity::x, 4},
                                       {"lat", quantity::y, 4},        {"radius", quantity::radius, 1},
                                       {"dbh", quantity::diameter, 1}, {"diameter", quantity::diameter, 2},
-                                      {"bhd", quantity::diameter, 2}};
+                                      {"bhd", quantity::diameter, 2}, {"up", quantity::z, 3},
+                                      {"este", quantity::x, 3},       {"norte", quantity::y, 3},
+                                      {"cota", quantity::z, 3},       {"ost", quantity::x, 3},
+                                      {"nord", quantity::y, 3},       {"xcoord", quantity::x, 2},
+                                      {"ycoord", quantity::y, 2},     {"zcoord", quantity::z, 2}};
 
 // `points:2` or `points_2`, as ParaView and others name the components of a vector, if it is of places:
 // colours and normals have components, too.
@@ -130,18 +134,22 @@ void understand_letters(const std::vector<std::string_view>& names, table_of kin
   bool ignored = false;
   const auto x = best_of(columns, quantity::x, ignored);
   if (kind != table_of::points || !x || columns[*x].rank < 3 || !is_missing(quantity::z)) return;
+  constexpr std::string_view heights[] = {"h", "height", "u", "hoehe", "h\xC3\xB6he", "h\xC3\x96he"};
   const auto names_height = [&](std::string_view name) {
     const auto own = words_of(name);
-    return !own.empty() && own.size() <= 2 && (own[0] == "h" || own[0] == "height");
+    return !own.empty() && own.size() <= 2 && is_one_of(own[0], heights);
   };
   if (std::count_if(names.begin(), names.end(), names_height) > 1) return;  // of which kind is not said
-  if (const auto height = find({"h", "height"}))
-    columns[*height] = {quantity::z, 5, columns[*height].unit, false};
+  const auto height = std::find_if(names.begin(), names.end(), names_height);
+  if (height == names.end()) return;
+  column_meaning& column = columns[std::size_t(height - names.begin())];
+  column = {quantity::z, 5, column.unit, false};
 }
 
 // Coordinates of one table belong together: of the kinds of names (x, gx, easting), those of the first kind
 // that is complete are kept, or of the first with x and y, with the best heights. x beside northing is none.
-void keep_one_set(std::vector<column_meaning>& columns) {
+// False where no kind is complete, and both x and gx are there: one of them is within a part of the plot.
+bool keep_one_set(std::vector<column_meaning>& columns) {
   constexpr int ranks = 6;
   const auto is_of = [](const column_meaning& c, int rank) {  // `x` and `y (m)` are of one kind
     return c.rank == rank || (rank == 1 && c.rank == 0);
@@ -156,11 +164,14 @@ void keep_one_set(std::vector<column_meaning>& columns) {
     plane = rank;
     if (has(quantity::z, rank)) complete = rank;
   }
+  const bool is_clear = complete || !has(quantity::x, 1) || !has(quantity::y, 1) || !has(quantity::x, 2) ||
+                        !has(quantity::y, 2);
   for (column_meaning& c : columns) {
     const bool is_place = c.what == quantity::x || c.what == quantity::y;
     const bool is_other = complete ? !is_of(c, *complete) : !plane || !is_of(c, *plane);
     if ((is_place && is_other) || (c.what == quantity::z && complete && is_other)) c.what = quantity::other;
   }
+  return is_clear;
 }
 
 }  // namespace
@@ -212,10 +223,11 @@ known_columns find_columns(const std::vector<std::string_view>& names, table_of 
   found.radius = take(quantity::radius);
   found.diameter = take(quantity::diameter);
   problem.clear();  // of several diameters the first one counts
-  keep_one_set(columns);
+  const bool is_clear = keep_one_set(columns);
   found.x = take(quantity::x);
   found.y = take(quantity::y);
   found.z = take(quantity::z);
+  if (!is_clear) problem = "has two pairs of columns that may be x and y";
   return found;
 }
 

@@ -23,6 +23,12 @@ constexpr std::array<std::string_view, 13> of_sentences = {"and", "in",   "is", 
                                                            "for", "from", "by", "at", "all", "are"};
 constexpr std::array<std::string_view, 7> polar = {"range",  "distance", "dist", "azimuth",
                                                    "zenith", "theta",    "phi"};
+constexpr std::array<std::string_view, 12> other_columns = {
+    "id", "time", "intensity", "i", "r", "g", "b", "red", "green", "blue", "return", "class"};
+
+bool is_known(std::string_view word) {
+  return meaning_of(word).what != quantity::other || has_word(polar, word) || has_word(other_columns, word);
+}
 
 }  // namespace
 
@@ -55,6 +61,17 @@ bool is_harmless_sentence(const std::vector<std::string_view>& words, std::size_
   const bool is_sentence =
       std::any_of(words.begin(), words.end(), [](std::string_view w) { return has_word(of_sentences, w); });
   return is_sentence && x < y && y < z && (cells == 3 || x == 0);
+}
+
+bool is_prose(const std::vector<std::string_view>& words) {
+  constexpr int rarest_letters = 2;  // the rank of gx and its like; words come behind
+  const auto letters = std::count_if(words.begin(), words.end(), [](std::string_view word) {
+    const column_meaning meaning = meaning_of(word);
+    const bool is_place =
+        meaning.what == quantity::x || meaning.what == quantity::y || meaning.what == quantity::z;
+    return is_place && meaning.rank <= rarest_letters;
+  });
+  return letters < 2 && !std::all_of(words.begin(), words.end(), is_known);
 }
 
 bool names_other_coordinates(const std::vector<std::string_view>& words) {

@@ -20,6 +20,10 @@ std::string_view announced_names(std::string_view comment);
 bool is_harmless_sentence(const std::vector<std::string_view>& words, std::size_t x, std::size_t y,
                           std::size_t z, std::size_t cells);
 
+/// Whether words between blanks are prose: at least one is known neither as the name of a column nor as a
+/// unit, and not two of them are x, y, z or their like. `Plot North East` names a place.
+bool is_prose(const std::vector<std::string_view>& words);
+
 /// Whether a comment of as many words as the rows have cells names columns of polar coordinates, or only some
 /// of x, y and z: at least two of its words do.
 bool names_other_coordinates(const std::vector<std::string_view>& words);

@@ -16,35 +16,16 @@ namespace globalmatch::support {
 
 namespace {
 
-// Numbers that programs write where a value is not known, in any spelling: -9999.00 is -9999.
-bool is_unknown_number(double number) {
-  constexpr double numbers[] = {-9999, -99999, -999999, -32768, -2147483648.};
-  constexpr double no_length =
-      1e30;  // the largest numbers of single and double precision stand for none, too
-  return std::isnan(number) || (std::isfinite(number) && std::abs(number) >= no_length) ||
-         std::find(std::begin(numbers), std::end(numbers), number) != std::end(numbers);
-}
-
-// Whether a value is not known, as a word or a number says. The number is that of the cell, without its unit.
-bool says_unknown(const table_reader& table, std::size_t column) {
-  constexpr std::string_view words[] = {"",   "na", "n/a",  "nan",  "null", "none", "-",
-                                        "--", ".",  "#n/a", "<na>", "n.a.", "n.d.", "nd"};
-  const std::string word = lower_case(table.cells()[column]);
-  if (std::find(std::begin(words), std::end(words), word) != std::end(words)) return true;
-  const auto value = table.number(column);
-  return value && is_unknown_number(std::round(*value / table.columns().units[column] * 1e6) / 1e6);
-}
-
 // Numbers that stand for an unknown length: a coordinate may well be -99.
 bool says_unknown_length(const table_reader& table, std::size_t column) {
-  const auto value = table.number(column);
-  return says_unknown(table, column) || (value && (*value == -999 || *value == -99));
+  const auto value = table.number_as_written(column);
+  return table.says_unknown(column) || (value && (*value == -999 || *value == -99));
 }
 
 // The coordinate in a cell; nothing where it is not known.
 std::optional<double> coordinate(const table_reader& table, std::size_t column, std::string_view name) {
   const std::string_view cell = table.cells()[column];
-  if (says_unknown(table, column)) return std::nullopt;
+  if (table.says_unknown(column)) return std::nullopt;
   const auto value = table.number(column);
   if (!value || !std::isfinite(*value))
     table.fail_at_row("has " + quoted(cell) + " in column " + std::string(name),
@@ -65,7 +46,7 @@ double length_if_known(const table_reader& table, std::size_t column, std::strin
 // Whether the current row is a note, as of means below a table: it has no numbers where x and y are.
 bool is_note(const table_reader& table, const known_columns& columns) {
   const bool x = table.number(*columns.x).has_value(), y = table.number(*columns.y).has_value();
-  return !x && !y && (says_unknown(table, *columns.x) || says_unknown(table, *columns.y));
+  return !x && !y && (table.says_unknown(*columns.x) || table.says_unknown(*columns.y));
 }
 
 // Radii or diameters that no tree has in metres are in centimetres, or in millimetres if no tree has them so.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "support/commented_names.hpp"
@@ -12,7 +13,7 @@ namespace {
 
 constexpr std::size_t all_cells = std::size_t(-1);
 constexpr std::size_t looked_at = 200;  // lines, for what stands above the rows and how they are cut
-constexpr std::array<char, 4> separators = {'\t', ';', ',', ' '};
+constexpr std::array<char, 5> separators = {'\t', ';', ',', '|', ' '};
 
 // The text of a comment; empty when the line is none.
 std::optional<std::string_view> comment_of(std::string_view line) {
@@ -23,7 +24,7 @@ std::optional<std::string_view> comment_of(std::string_view line) {
 
 // Whether a line has neither numbers nor words, as the rows below a table that Excel wrote.
 bool is_blank(std::string_view line) {
-  return line.find_first_not_of(" \t\r,;\"'") == std::string_view::npos;
+  return line.find_first_not_of(" \t\r,;|\"'") == std::string_view::npos;
 }
 
 // Of the ways to cut a line that with most numbers has so many.
@@ -40,6 +41,10 @@ std::size_t count_numbers(std::string_view line) {
   return most;
 }
 
+bool is_integer(std::string_view cell) {
+  return to_count(cell.starts_with('-') ? cell.substr(1) : cell).has_value();
+}
+
 std::string_view remedy_of(table_of kind) {
   return kind == table_of::stems ? "Name the columns above the rows, e.g.: x,y,z,radius"
                                  : "A text scan has a point a line, x y z first or named by a header; other "
@@ -47,6 +52,14 @@ std::string_view remedy_of(table_of kind) {
 }
 
 }  // namespace
+
+bool is_unknown_number(double number) {
+  constexpr double numbers[] = {-9999, -99999, -999999, -32768, -2147483648.};
+  constexpr double no_length =
+      1e30;  // the largest numbers of single and double precision stand for none, too
+  return std::isnan(number) || (std::isfinite(number) && std::abs(number) >= no_length) ||
+         std::find(std::begin(numbers), std::end(numbers), number) != std::end(numbers);
+}
 
 table_reader::table_reader(input_file& file, table_of kind) : file_(file), kind_(kind), blocks_(file) {
   for (std::size_t rows = 0; rows < looked_at;) {
@@ -65,7 +78,7 @@ bool table_reader::is_count(std::string_view line) const {
 }
 
 void table_reader::read_header() {
-  std::optional<numbered_line> not_understood;
+  std::optional<numbered_line> first, not_understood;
   while (!ahead_.empty()) {
     const numbered_line at = ahead_.front();
     const std::string_view line = trim(at.text);
@@ -84,11 +97,13 @@ void table_reader::read_header() {
         take_units();
         continue;
       }
+      if (!first) first = at;
       not_understood = at;
     }
     ahead_.pop_front();
   }
   if (has_header()) return;
+  if (ahead_.empty()) not_understood = first;  // rows that are not cut are no headers
   if (!doubtful_comment_.empty())
     file_.fail("has a comment that may name the columns, but not those of its rows: " +
                    quoted(trim(doubtful_comment_)),
@@ -115,7 +130,7 @@ void table_reader::read_header() {
 void table_reader::take_comment(std::string_view comment) {
   const auto row = std::find_if(ahead_.begin() + 1, ahead_.end(),
                                 [&](const numbered_line& l) { return !is_no_row(l.text); });
-  if (row == ahead_.end()) return;
+  if (row == ahead_.end() || count_numbers(row->text) == 0) return;
   const auto has_cells = [&](std::size_t count) {
     return std::any_of(separators.begin(), separators.end(), [&](char separator) {
       std::vector<std::string_view> cells = split(row->text, separator);
@@ -136,7 +151,7 @@ bool table_reader::is_doubtful(std::string_view comment, const cell_check& has_c
   for (const char separator : separators) {
     std::vector<std::string_view> names = split(comment, separator);
     while (!names.empty() && names.back().empty()) names.pop_back();
-    if (names.size() < 2) continue;
+    if (names.size() < 2 || (separator == ' ' && is_prose(names))) continue;
     std::string ignored;
     const known_columns columns = find_columns(names, kind_, ignored);
     if (has_cells(names.size()) && names_other_coordinates(names)) return true;
@@ -204,10 +219,13 @@ std::size_t table_reader::cut(std::string_view line, char separator, std::size_t
 }
 
 // Whether a line is a comment. One with a cell for each name, and numbers at x and y, is a row: `#12` may
-// well be the tag of a tree.
+// well be the tag of a tree. With a blank behind the sign, a row was made a comment.
 bool table_reader::is_comment(std::string_view line) const {
-  if (!comment_of(trim(line))) return false;
+  const auto comment = comment_of(trim(line));
+  if (!comment) return false;
   if (!has_header()) return true;
+  const char before = *(comment->data() - 1);
+  if (comment->empty() || before == ' ' || before == '\t') return true;
   const std::vector<std::string_view> cells = split(line, header_separator_);
   const auto is_number = [&](std::size_t column) {
     return to_number(cells[column], false) || to_number(cells[column], true);
@@ -253,25 +271,62 @@ bool table_reader::counts_rows(const std::vector<std::string_view>& first_cells)
   return true;
 }
 
-// Whether the first cells are increasing integers beside decimals, as identifiers of points, or too large for
-// coordinates, as seconds of GPS: without a header there is no telling them from x.
+// Whether the first cells are integers that increase, as identifiers of points, or too large for coordinates,
+// as seconds of GPS: without a header there is no telling them from x. An x without decimals is usual where
+// z or the intensity has none; identifiers have three columns with decimals behind them, or have no gaps.
 bool table_reader::starts_with_no_coordinate(char separator, bool decimal_comma) const {
   constexpr std::size_t few = 3;
   constexpr double largest = 1e8;  // [m] beyond all projected coordinates
   std::size_t rows = 0;
-  bool increases = true, is_large = true;
+  bool increases = true, has_no_gaps = true, is_large = true;
+  std::array<bool, 4> has_decimals = {};
   std::optional<std::uint64_t> last;
   for (const numbered_line& line : ahead_) {
     if (is_no_row(line.text)) continue;
     const std::vector<std::string_view> cells = split(line.text, separator);
     if (cells.size() < 4) return false;
     const auto count = to_count(cells[0]);
-    increases = increases && count && (!last || *count > *last) && !to_count(cells[1]);
+    increases = increases && count && (!last || *count > *last);
+    has_no_gaps = has_no_gaps && count && (!last || *count == *last + 1);
     is_large = is_large && to_number(cells[0], decimal_comma).value_or(0) > largest;
+    for (std::size_t c = 1; c < 4; ++c) has_decimals[c] = has_decimals[c] || !is_integer(cells[c]);
     last = count;
     ++rows;
   }
-  return rows >= few && (increases || is_large);
+  const bool are_identifiers =
+      increases && has_decimals[1] && (has_no_gaps || (has_decimals[2] && has_decimals[3]));
+  return rows >= few && (are_identifiers || is_large);
+}
+
+// Whether commas separate cells and decimals alike, as in 10,125,100,250,-5,500: every second cell of
+// integers has as many digits as all of them.
+bool table_reader::has_commas_of_two_kinds() const {
+  constexpr std::size_t few = 3, coordinates = 6;
+  std::size_t rows = 0, digits = 0;
+  for (const numbered_line& line : ahead_) {
+    if (is_no_row(line.text)) continue;
+    const std::vector<std::string_view> cells = split(line.text, ',');
+    if (cells.size() < coordinates || cells.size() % 2 != 0) return false;
+    if (!std::all_of(cells.begin(), cells.end(), is_integer)) return false;
+    if (rows++ == 0) digits = cells[1].size();
+    for (std::size_t c = 1; c < cells.size(); c += 2)
+      if (cells[c].size() != digits || !to_count(cells[c])) return false;
+  }
+  return rows >= few && digits > 1;
+}
+
+// Rows without a header that may be other than x, y and z first are refused.
+void table_reader::check_first_columns(const std::vector<std::string_view>& first_cells,
+                                       const std::string& row) const {
+  constexpr std::size_t many = 10;
+  if (split(row, separator_).size() > 3 && first_cells.size() >= many && counts_rows(first_cells))
+    file_.fail("has no header, and its first column counts the rows", remedy_of(kind_));
+  if (starts_with_no_coordinate(separator_, decimal_comma_))
+    file_.fail("has no header, and its first column may be identifiers or times: " + quoted(trim(row)),
+               remedy_of(kind_));
+  if (separator_ == ',' && has_commas_of_two_kinds())
+    file_.fail("has no header, and its commas may be those of decimals: " + quoted(trim(row)),
+               "Separate the columns by semicolons, or name them above the rows");
 }
 
 void table_reader::find_format() {
@@ -305,15 +360,7 @@ void table_reader::find_format() {
       for (const bool decimal_comma : {false, true}) {
         if ((decimal_comma && separator == ',') || !fits(separator, decimal_comma, row_names)) continue;
         set(separator, decimal_comma, row_names);
-        constexpr std::size_t many = 10;
-        const auto cells = split(ahead_[*first_row].text, separator);
-        if (!has_header() && cells.size() > 3 && row_names == 0 && first_cells.size() >= many &&
-            counts_rows(first_cells))
-          file_.fail("has no header, and its first column counts the rows", remedy_of(kind_));
-        if (!has_header() && row_names == 0 && starts_with_no_coordinate(separator, decimal_comma))
-          file_.fail("has no header, and its first column may be identifiers or times: " +
-                         quoted(trim(ahead_[*first_row].text)),
-                     remedy_of(kind_));
+        if (!has_header() && row_names == 0) check_first_columns(first_cells, ahead_[*first_row].text);
         return;
       }
     }
@@ -364,9 +411,20 @@ bool table_reader::next() {
 }
 
 std::optional<double> table_reader::number(std::size_t column) const {
-  if (column >= cells_.size()) return std::nullopt;
-  const auto value = to_number(cells_[column], decimal_comma_);
+  const auto value = number_as_written(column);
   return value && column < columns_.units.size() ? std::optional(*value * columns_.units[column]) : value;
+}
+
+std::optional<double> table_reader::number_as_written(std::size_t column) const {
+  return column < cells_.size() ? to_number(cells_[column], decimal_comma_) : std::nullopt;
+}
+
+bool table_reader::says_unknown(std::size_t column) const {
+  if (column >= cells_.size()) return false;
+  if (const auto value = number_as_written(column)) return is_unknown_number(*value);
+  constexpr std::string_view words[] = {"",   "na", "n/a",  "nan",  "null", "none", "-",
+                                        "--", ".",  "#n/a", "<na>", "n.a.", "n.d.", "nd"};
+  return std::find(std::begin(words), std::end(words), lower_case(cells_[column])) != std::end(words);
 }
 
 void table_reader::fail_at_row(std::string_view problem, std::string_view remedy) const {

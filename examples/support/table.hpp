@@ -17,6 +17,10 @@
 
 namespace globalmatch::support {
 
+/// Whether a number stands for one that is not known, in any spelling: -9999, -99999, -32768, their like, and
+/// not-a-number.
+bool is_unknown_number(double number);
+
 /// Lines of numbers, with or without a header. What stands above them is read at once: comments, a title,
 /// `sep=;`, counts, the names of columns, their units. Never guesses: a header that names no coordinates is
 /// refused. Lines that say nothing are passed over.
@@ -43,6 +47,11 @@ class table_reader {
   const std::vector<std::string_view>& cells() const { return cells_; }
   /// The number that a cell of the current row is.
   std::optional<double> number(std::size_t column) const;
+  /// The same in the unit of the file.
+  std::optional<double> number_as_written(std::size_t column) const;
+  /// Whether a cell says that its value is not known, by a word such as NA, a number such as -9999, or
+  /// because it is empty.
+  bool says_unknown(std::size_t column) const;
   /// Throws `file_error` for the current row.
   [[noreturn]] void fail_at_row(std::string_view problem, std::string_view remedy) const;
 
@@ -62,6 +71,8 @@ class table_reader {
   bool fits(char separator, bool decimal_comma, std::size_t row_names) const;
   bool counts_rows(const std::vector<std::string_view>& first_cells) const;
   bool starts_with_no_coordinate(char separator, bool decimal_comma) const;
+  bool has_commas_of_two_kinds() const;
+  void check_first_columns(const std::vector<std::string_view>& first_cells, const std::string& row) const;
   // Cuts off at most so many cells; returns the number of all.
   static std::size_t cut(std::string_view line, char separator, std::size_t row_names,
                          std::vector<std::string_view>& cells, std::size_t max_cells);

@@ -13,27 +13,34 @@ namespace globalmatch::support {
 
 namespace {
 
+// Whether numbers of a row say that its place is not known: z, or x and y. A local grid may well pass through
+// -9999 along one axis of its plane.
+bool say_unknown(const Eigen::Vector3d& written) {
+  return is_unknown_number(written.z()) || (is_unknown_number(written.x()) && is_unknown_number(written.y()));
+}
+
+// The point of a row; not-a-number where its place is not known.
 Eigen::Vector3d point_of(const table_reader& table) {
   const known_columns& columns = table.columns();
   const std::size_t of_axis[3] = {*columns.x, *columns.y, *columns.z};
-  Eigen::Vector3d p;
+  const Eigen::Vector3d nowhere = Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  Eigen::Vector3d written, units;
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const std::size_t column = of_axis[axis];
-    const auto value = table.number(column);
+    const auto value = table.number_as_written(column);
     if (!value && column >= table.cells().size())
       table.fail_at_row(
           "has only " + std::to_string(table.cells().size()) + " fields, but x, y and z are needed",
           "Mend or remove that line");
+    if (!value && !table.cells()[column].empty() && table.says_unknown(column)) return nowhere;
     if (!value)
       table.fail_at_row(
           "has '" + std::string(table.cells()[column].substr(0, 40)) + "' where a number is expected",
           "Numbers are written like 12.5 or -1.25e1");
-    p[axis] = *value;
+    written[axis] = *value;
+    units[axis] = columns.units[column];
   }
-  constexpr double unknown = -9999;
-  if (p.x() == unknown && p.y() == unknown && p.z() == unknown)
-    table.fail_at_row("has -9999 for x, y and z, which stands for unknown values", "Remove such lines");
-  return p;
+  return say_unknown(written) ? nowhere : written.cwiseProduct(units);
 }
 
 /// The columns besides x, y and z.
@@ -73,8 +80,10 @@ opened_scan open_text(input_file& file, const scan_options& options) {
   if (options.attributes) table.keep_all_cells();
   std::vector<Eigen::Vector3d> points;
   std::optional<text_attributes> attributes;
+  std::size_t without_place = 0;
   while (table.next()) {
     points.push_back(point_of(table));
+    without_place += points.back().hasNaN();
     if (options.attributes && !attributes) attributes.emplace(table);
     if (attributes) attributes->append(table);
     // Lines are about equally long: room for all of them at once spares the copies of a growing vector.
@@ -90,9 +99,13 @@ opened_scan open_text(input_file& file, const scan_options& options) {
     file.fail("announces " + std::to_string(*table.announced()) + " points but holds " +
                   std::to_string(points.size()),
               "It is probably truncated: copy or export it again");
-  return {std::make_unique<points_in_memory>(std::move(points),
-                                             attributes ? attributes->take() : attribute_table()),
-          {.format = "text"}};
+  opened_scan scan{std::make_unique<points_in_memory>(std::move(points),
+                                                      attributes ? attributes->take() : attribute_table()),
+                   {.format = "text"}};
+  if (without_place > 0)
+    scan.header.notes.push_back(std::to_string(without_place) +
+                                " rows have no known x, y and z, and are passed over");
+  return scan;
 }
 
 }  // namespace globalmatch::support

@@ -193,7 +193,7 @@ TEST_CASE("identifiers or times first, without a header, are refused") {
   const std::string problem = "may be identifiers or times: '";
   require_refused("1001 1.5 -2.5 3\n1002 4.5 5.25 -6\n1003 5.5 5.25 -6\n", problem + "1001 1.5");
   require_refused("100,1.5,-2.5,3,TREE\n101,4.5,5.25,-6,TREE\n102,5.5,5.25,-6,TREE\n", problem);
-  require_refused("5;1,5;-2,5;3\n8;4,5;5,25;-6\n11;5,5;5,25;-6\n", problem);
+  require_refused("5;1,5;-2,5;3,5\n8;4,5;5,25;-6\n11;5,5;5,25;-6\n", problem);
   require_refused("1600000000.00 1.5 -2 3\n1600000000.01 4 5.25 -6\n1600000000.02 4 5 -6\n", problem);
   const temporary_directory directory;
   for (const char* text : {"1 1.5 2\n2 1.5 2\n3 1.5 2\n", "1.0 1.5 2 9\n2.0 1.5 2 9\n3.0 1.5 2 9\n",
@@ -201,10 +201,86 @@ TEST_CASE("identifiers or times first, without a header, are refused") {
     CHECK(read_scan(directory.file("scan", text)).size() == 3);
 }
 
-TEST_CASE("a row of a scan whose coordinates are not known is refused with its number") {
-  for (const char* row : {"-9999 -9999 -9999", "-9999.0 -9999.00 -9999", "NA NA NA", "NULL NULL NULL"})
-    require_refused("x y z\n1.5 -2 3\n" + std::string(row) + "\n4 5.25 -6\n4 5 -6\n", "line 3 has ");
+TEST_CASE("integers first in a scan without a header are x unless they must be identifiers") {
+  const temporary_directory directory;
+  for (const char* text :
+       {"10 1.25 2.5 90\n15 1.75 2.5 80\n17 2.5 2.75 81\n", "10 1.25 2 0.5\n15 1.75 2 0.25\n17 2.5 3 0.5\n",
+        "1 -2 2.5 0.5\n2 -3 2.5 0.5\n3 -4 2.5 0.5\n"})
+    CHECK(read_scan(directory.file("scan", text)).size() == 3);
+  require_refused("5 1.5 -2.5 3.5\n8 4.5 5.25 -6\n11 5.5 5 -6.25\n", "may be identifiers or times");
+}
+
+TEST_CASE("commas of decimals beside commas between the columns are refused without a header") {
+  const std::string problem = "its commas may be those of decimals: '10,125,100";
+  require_refused("10,125,100,250,-5,500\n20,500,130,750,7,250\n16,516,123,662,-3,874\n", problem);
+  const temporary_directory directory;
+  for (const char* text : {"10,125,100,255,0,0\n20,500,130,255,0,0\n16,516,123,255,0,0\n",
+                           "1,2,3,4,5,6\n1,2,3,4,5,6\n1,2,3,4,5,6\n",
+                           "10,125,100,250,-5,50.5\n20,500,130,750,7,250\n16,516,123,662,-3,874\n"})
+    CHECK(read_scan(directory.file("scan", text)).size() == 3);
+}
+
+TEST_CASE("rows of a scan whose coordinates are not known are not-a-number, which is said") {
+  const temporary_directory directory;
+  for (const char* row : {"-9999 -9999 -9999", "-9999.0 -9999.00 7", "NA NA NA", "NULL NULL NULL", "1 NA 3",
+                          "-99999 -99999 -99999", "-32768 -32768 -32768", "1 2 -9999", "nan nan nan"}) {
+    INFO(row);
+    const auto path = directory.file("scan", "3\n1.5 -2 3\n" + std::string(row) + "\n4 5.25 -6\n");
+    const scan_file scan = open_scan(path);
+    REQUIRE(scan.size() == 3);
+    CHECK((*(scan.begin() + 0) == two_points[0]));
+    CHECK((*(scan.begin() + 1)).hasNaN());
+    CHECK((*(scan.begin() + 2) == two_points[1]));
+    REQUIRE(scan.header().notes.size() == 1);
+    CHECK(scan.header().notes[0] == "1 rows have no known x, y and z, and are passed over");
+  }
+  const auto in_cm = directory.file("cm", "x (cm),y (cm),z (cm)\n-9999,-9999,-9999\n400,525,-600\n");
+  CHECK((*open_scan(in_cm).begin()).hasNaN());
   require_scan("1.5 -2 3 -9999\n4 5.25 -6 -9999\n");
+  const scan_file grid = open_scan(directory.file("grid", "-9998 5 1\n-9999 5 1\n-10000 5 1\n"));
+  CHECK((*(grid.begin() + 1) == Eigen::Vector3d(-9999, 5, 1)));
+  CHECK(grid.header().notes.empty());
+}
+
+TEST_CASE("two pairs of x and y in a stem map are refused, as within a quadrat and a plot") {
+  const temporary_directory directory;
+  require_error(directory.file("a", "quadrat,x,y,gx,gy\n1,1.5,-2,21.5,18\n"), read_stems,
+                "two pairs of columns that may be x and y: 'quadrat,x,y,gx,gy'", "Name one column");
+}
+
+TEST_CASE("a diameter that is not known is understood in any unit") {
+  const temporary_directory directory;
+  const auto path = directory.file("a", "x,y,dbh (cm)\n1.5,-2,-999\n4,5.25,30\n");
+  CHECK(read_stems(path).stems[1].radius == Approx(0.15));
+}
+
+TEST_CASE("names of coordinates in other languages and of surveyors are known") {
+  for (const char* header : {"east,north,up", "e,n,u", "Este,Norte,Cota", "Ost,Nord,Hoehe",
+                             "xcoord,ycoord,zcoord", "Ost,Nord,H\xC3\xB6he"})
+    require_scan(header + std::string("\n1.5,-2,3\n4,5.25,-6\n"));
+}
+
+TEST_CASE("a table may be separated by bars") {
+  require_scan("sep=|\nx|y|z\n1.5|-2|3\n4|5.25|-6\n");
+  require_scan("x|y|z\n1.5|-2|3\n4|5.25|-6\n");
+  require_map("tag|x|y\n1|1,5|-2\n2|4|5,25\n");
+}
+
+TEST_CASE("where no line is cut the first is quoted") {
+  require_refused("x:y:z\n1.5:-2:3\n4:5.25:-6\n",
+                  "line 1 names no columns that are known to be x and y and z: 'x:y:z'");
+}
+
+TEST_CASE("a comment of prose that holds the words of coordinates is harmless") {
+  for (const char* prose :
+       {"Plot North East", "Plot 7 North East Bavaria", "Site X North", "Plot 7 elevation east north"})
+    require_scan("# " + std::string(prose) + "\n1.5 -2 3\n4 5.25 -6\n");
+  require_map("# Plot North East\nid,x,y\n7,1.5,-2\n8,4,5.25\n");
+}
+
+TEST_CASE("a row behind the sign of a comment and a blank is a comment") {
+  require_map("tag,x,y\n1,1.5,-2\n# 3,7,8\n2,4,5.25\n");
+  require_scan("t x y z\n1 1.5 -2 3\n// 7 8 9\n2 4 5.25 -6\n");
 }
 
 TEST_CASE("rows below more comments than are looked at are read as others are") {
