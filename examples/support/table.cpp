@@ -32,7 +32,6 @@ std::size_t count_numbers(std::string_view line) {
   std::size_t most = 0;
   for (const char separator : separators)
     for (const bool decimal_comma : {false, true}) {
-      if (decimal_comma && separator == ',') continue;
       std::size_t count = 0;
       for (const std::string_view cell : split(line, separator))
         count += to_number(cell, decimal_comma).has_value();
@@ -94,6 +93,7 @@ void table_reader::read_header() {
       if (has_header() || count_numbers(at.text) > 1) break;
       if (take_header(at.text, {})) {
         ahead_.pop_front();
+        take_next_header();
         take_units();
         continue;
       }
@@ -121,7 +121,8 @@ void table_reader::read_header() {
                remedy_of(kind_));
   if (kind_ == table_of::stems) {
     if (ahead_.empty()) file_.fail("is empty", remedy_of(kind_));
-    file_.fail("has no line that names the columns above the rows", remedy_of(kind_));
+    file_.fail("has no line that names the columns above the rows: " + quoted(trim(ahead_.front().text)),
+               remedy_of(kind_));
   }
 }
 
@@ -185,6 +186,15 @@ bool table_reader::take_header(std::string_view header, const cell_check& has_ce
     return true;
   }
   return false;
+}
+
+// A header below what was taken for one, which is a title then.
+void table_reader::take_next_header() {
+  while (!ahead_.empty() && count_numbers(ahead_.front().text) == 0) {
+    line_number_ = ahead_.front().number;
+    if (!take_header(ahead_.front().text, {})) return;
+    ahead_.pop_front();
+  }
 }
 
 // A row of units below the header, such as m,m,m,cm.
@@ -255,10 +265,44 @@ bool table_reader::fits(char separator, bool decimal_comma, std::size_t row_name
     const auto is_number = [&](std::size_t c) {
       return c < cells.size() && to_number(cells[c], decimal_comma);
     };
+    const auto needs_comma = [&](const std::optional<std::size_t>& c) {
+      return c && !is_number(*c) && *c < cells.size() && to_number(cells[*c], true);
+    };
+    const bool may_need_comma = !decimal_comma && line.text.find('.') == line.text.npos;
+    if (may_need_comma &&
+        (needs_comma(columns_.z) || needs_comma(columns_.radius) || needs_comma(columns_.diameter)))
+      continue;
     const bool z_fits = !columns_.z || kind_ == table_of::stems || is_number(*columns_.z);
     fitting += is_number(*columns_.x) && is_number(*columns_.y) && z_fits;
   }
   return 2 * fitting > rows;
+}
+
+// Whether cells between commas are in quotes and have decimal commas: "10,25", but not "1,250" alone, which
+// may be a thousand and more.
+bool table_reader::has_quoted_decimals() const {
+  bool is_clear = false;
+  for (const numbered_line& line : ahead_) {
+    if (is_no_row(line.text)) continue;
+    for (const std::string_view cell : split(line.text, ',')) {
+      const std::size_t comma = cell.rfind(',');
+      if (!to_number(cell, true)) continue;
+      if (cell.find('.') != cell.npos) return false;
+      constexpr std::size_t thousand = 3;  // digits
+      is_clear = is_clear || (comma != cell.npos && cell.size() - comma - 1 != thousand);
+    }
+  }
+  return is_clear;
+}
+
+// Whether rows may have names before their cells that are not in quotes: between commas, not where a name of
+// the header is that of the identifier, for a decimal comma makes one more cell, too.
+bool table_reader::may_have_row_names(char separator) const {
+  constexpr std::array<std::string_view, 8> identifiers = {"id", "fid",    "tag", "tree",
+                                                           "nr", "treeid", "no",  "tree_id"};
+  return has_header() && separator == header_separator_ &&
+         (separator != ',' ||
+          std::find(identifiers.begin(), identifiers.end(), lower_case(names_[0])) == identifiers.end());
 }
 
 // Whether the first cells are 0, 1, 2, ... or 1, 2, 3, ...
@@ -354,11 +398,11 @@ void table_reader::find_format() {
       for (const numbered_line& line : ahead_)
         if (!is_no_row(line.text))
           first_cells.push_back(field_reader(line.text, separator).next().value_or(""));
-      const bool have_names =
-          all_quoted || (has_header() && separator == header_separator_ && counts_rows(first_cells));
+      const bool have_names = all_quoted || (may_have_row_names(separator) && counts_rows(first_cells));
       if (row_names == 1 ? !have_names : (!has_header() && all_quoted)) continue;
       for (const bool decimal_comma : {false, true}) {
-        if ((decimal_comma && separator == ',') || !fits(separator, decimal_comma, row_names)) continue;
+        if (decimal_comma && separator == ',' && !has_quoted_decimals()) continue;
+        if (!fits(separator, decimal_comma, row_names)) continue;
         set(separator, decimal_comma, row_names);
         if (!has_header() && row_names == 0) check_first_columns(first_cells, ahead_[*first_row].text);
         return;

@@ -66,9 +66,12 @@ class table_reader {
   void take_comment(std::string_view comment);
   bool is_doubtful(std::string_view comment, const cell_check& has_cells) const;
   bool take_header(std::string_view header, const cell_check& has_cells);
+  void take_next_header();
   void take_units();
   void find_format();
   bool fits(char separator, bool decimal_comma, std::size_t row_names) const;
+  bool has_quoted_decimals() const;
+  bool may_have_row_names(char separator) const;
   bool counts_rows(const std::vector<std::string_view>& first_cells) const;
   bool starts_with_no_coordinate(char separator, bool decimal_comma) const;
   bool has_commas_of_two_kinds() const;

@@ -260,6 +260,39 @@ TEST_CASE("names of coordinates in other languages and of surveyors are known") 
     require_scan(header + std::string("\n1.5,-2,3\n4,5.25,-6\n"));
 }
 
+TEST_CASE("decimal commas in quotes, or in diameters or heights alone, are read") {
+  require_scan("x,y,z\n\"1,5\",\"-2,0\",3\n4,\"5,25\",-6\n");
+  require_map("x,y\n\"1,5\",\"-2\"\n4,\"5,25\"\n");
+  require_refused("x,y,z\n\"1,500\",\"2,000\",3\n\"4,000\",\"5,250\",-6\n", "'1,500'");
+  require_refused("x,y,z\n\"1,500.5\",\"2,00\",3\n\"4,000\",\"5,250\",-6\n", "line 2 has '2,00'");
+  const temporary_directory directory;
+  for (const char* text : {"id;x;y;dbh\n1;10;20;0,3\n2;11;21;0,5\n", "id x y dbh\n1 10 20 0,3\n2 11 21 0,5\n",
+                           "id,x,y,dbh\n1,10,20,\"0,3\"\n2,11,21,\"0,5\"\n"}) {
+    INFO(text);
+    const stem_table table = read_stems(directory.file("stems", text));
+    REQUIRE(table.stems.size() == 2);
+    CHECK(table.stems[0].x == 10);
+    CHECK(table.stems[0].radius == Approx(0.15));
+  }
+}
+
+TEST_CASE("commas in heights beside points in coordinates are refused, for they may be those of thousands") {
+  const temporary_directory directory;
+  require_error(directory.file("a", "x;y;z\n1.5;-2;1,234\n4;5.25;1,235\n"), read_stems, "'1,234' in column z",
+                "");
+}
+
+TEST_CASE("a cell too many behind an identifier is refused, never the name of a row") {
+  const temporary_directory directory;
+  require_error(directory.file("a", "id,x,y,dbh\n1,10,20,30,5\n2,11,21,31,5\n"), read_stems,
+                "line 2 has 5 fields, but the header names 4", "");
+}
+
+TEST_CASE("a title with x and y between commas, above the header, is passed over") {
+  require_map("Trees, x, y, of plot 7\nid,x,y\n1,1.5,-2\n2,4,5.25\n");
+  require_scan("Scan of x, y, z values\nx,y,z\n1.5,-2,3\n4,5.25,-6\n");
+}
+
 TEST_CASE("a table may be separated by bars") {
   require_scan("sep=|\nx|y|z\n1.5|-2|3\n4|5.25|-6\n");
   require_scan("x|y|z\n1.5|-2|3\n4|5.25|-6\n");
