@@ -148,8 +148,9 @@ void understand_letters(const std::vector<std::string_view>& names, table_of kin
 
 // Coordinates of one table belong together: of the kinds of names (x, gx, easting), those of the first kind
 // that is complete are kept, or of the first with x and y, with the best heights. x beside northing is none.
-// False where no kind is complete, and both x and gx are there: one of them is within a part of the plot.
-bool keep_one_set(std::vector<column_meaning>& columns) {
+// False where both x and gx are there and no height tells which: one is within a part of the plot. Of stems gz
+// alone tells.
+bool keep_one_set(std::vector<column_meaning>& columns, table_of kind) {
   constexpr int ranks = 6;
   const auto is_of = [](const column_meaning& c, int rank) {  // `x` and `y (m)` are of one kind
     return c.rank == rank || (rank == 1 && c.rank == 0);
@@ -164,8 +165,9 @@ bool keep_one_set(std::vector<column_meaning>& columns) {
     plane = rank;
     if (has(quantity::z, rank)) complete = rank;
   }
-  const bool is_clear = complete || !has(quantity::x, 1) || !has(quantity::y, 1) || !has(quantity::x, 2) ||
-                        !has(quantity::y, 2);
+  const bool has_both =
+      has(quantity::x, 1) && has(quantity::y, 1) && has(quantity::x, 2) && has(quantity::y, 2);
+  const bool is_clear = !has_both || has(quantity::z, 2) || (kind == table_of::points && has(quantity::z, 1));
   for (column_meaning& c : columns) {
     const bool is_place = c.what == quantity::x || c.what == quantity::y;
     const bool is_other = complete ? !is_of(c, *complete) : !plane || !is_of(c, *plane);
@@ -223,7 +225,7 @@ known_columns find_columns(const std::vector<std::string_view>& names, table_of 
   found.radius = take(quantity::radius);
   found.diameter = take(quantity::diameter);
   problem.clear();  // of several diameters the first one counts
-  const bool is_clear = keep_one_set(columns);
+  const bool is_clear = keep_one_set(columns, kind);
   found.x = take(quantity::x);
   found.y = take(quantity::y);
   found.z = take(quantity::z);

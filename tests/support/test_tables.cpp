@@ -244,8 +244,11 @@ TEST_CASE("rows of a scan whose coordinates are not known are not-a-number, whic
 
 TEST_CASE("two pairs of x and y in a stem map are refused, as within a quadrat and a plot") {
   const temporary_directory directory;
-  require_error(directory.file("a", "quadrat,x,y,gx,gy\n1,1.5,-2,21.5,18\n"), read_stems,
-                "two pairs of columns that may be x and y: 'quadrat,x,y,gx,gy'", "Name one column");
+  for (const std::string header : {"quadrat,x,y,gx,gy", "x,y,z,gx,gy"})
+    require_error(directory.file("a", header + "\n1,1.5,-2,21.5,18\n"), read_stems,
+                  "two pairs of columns that may be x and y: '" + header + "'", "Name one column");
+  require_map("x,y,gx,gy,gz\n7,8,1.5,-2,3\n7,8,4,5.25,-6\n");
+  require_scan("x,y,z,px,py\n1.5,-2,3,7,8\n4,5.25,-6,7,8\n");
 }
 
 TEST_CASE("a diameter that is not known is understood in any unit") {
