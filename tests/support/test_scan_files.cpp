@@ -22,7 +22,7 @@ TEST_CASE("what is no scan is refused with the formats that are") {
   require_error(directory.file("zeros.ply", zeros), read_scan, "in no format",
                 "PLY, PCD, LAS, LAZ, E57, PTX or text");
   require_error(directory.file("prose.xyz", "Dear reader,\nthis is no scan.\n"), read_scan,
-                "line 2 names no columns", "PLY, PCD, LAS, LAZ, E57 and PTX");
+                "line 1 names no columns", "PLY, PCD, LAS, LAZ, E57 and PTX");
   require_error(directory.file("one_line.xyz", "Dear reader"), read_scan, "line 1 names no columns",
                 "PLY, PCD, LAS, LAZ, E57 and PTX");
   require_error(directory.file("no_line_end.txt", std::string(3'000'000, 'x')), read_scan, "line 1 is longer",
