@@ -139,7 +139,7 @@ class matrix_table_reader {
 
 /// Reads the entries of a table. Each is a line of the name of a scan, or of two, and the 16 numbers of a
 /// matrix row by row, or its first 12; or a line of names, and the matrix in the four lines below. A third
-/// name is ignored: it counts the scans. Fields are separated by commas, semicolons, blanks or tabs; a header
+/// name is ignored: it counts the scans. Fields are separated by commas, semicolons, blanks or tabs; a header,
 /// lines that begin with #, and a first column that counts the lines are passed over.
 inline std::vector<named_transform> read_matrix_table(const std::filesystem::path& path) {
   return matrix_table_reader(path).entries();

@@ -148,8 +148,9 @@ void understand_letters(const std::vector<std::string_view>& names, table_of kin
 
 // Coordinates of one table belong together: of the kinds of names (x, gx, easting), those of the first kind
 // that is complete are kept, or of the first with x and y, with the best heights. x beside northing is none.
-// False where both x and gx are there and no height tells which: one is within a part of the plot. Of stems gz
-// alone tells.
+// Stems with x and y are there, whatever maps have further on.
+// False where both x and gx are there and no height tells which: one is within a part of the plot. Of stems
+// gz alone tells.
 bool keep_one_set(std::vector<column_meaning>& columns, table_of kind) {
   constexpr int ranks = 6;
   const auto is_of = [](const column_meaning& c, int rank) {  // `x` and `y (m)` are of one kind
@@ -165,6 +166,8 @@ bool keep_one_set(std::vector<column_meaning>& columns, table_of kind) {
     plane = rank;
     if (has(quantity::z, rank)) complete = rank;
   }
+  constexpr int of_map = 3;  // ranks from here on: easting and its like
+  if (kind == table_of::stems && complete && *complete >= of_map && *plane < of_map) complete.reset();
   const bool has_both =
       has(quantity::x, 1) && has(quantity::y, 1) && has(quantity::x, 2) && has(quantity::y, 2);
   const bool is_clear = !has_both || has(quantity::z, 2) || (kind == table_of::points && has(quantity::z, 1));

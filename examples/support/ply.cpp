@@ -288,12 +288,13 @@ bool has_more_points(input_file& file, const ply_header& header, const ply_eleme
   for (const ply_element& element : header.elements)
     if (&element > &vertex && element.count > 0) return false;
   if (header.format == "ascii") return has_text_behind(file);
-  std::uint64_t record = 0;
+  std::uint64_t record = 0;  // with empty lists
+  bool has_lists = false;
   for (const ply_property& property : vertex.properties) {
-    if (property.count_type) return file.remaining() > 0;  // these were read
-    record += size_of(property.type);
+    has_lists |= property.count_type.has_value();
+    record += size_of(property.count_type.value_or(property.type));
   }
-  return file.remaining() / record > vertex.count;
+  return file.remaining() / record > (has_lists ? 0 : vertex.count);  // points with lists were read
 }
 
 }  // namespace

@@ -140,6 +140,7 @@ void table_reader::take_comment(std::string_view comment) {
     });
   };
   for (const std::string_view text : {announced_names(comment), comment}) {
+    if (count_numbers(text) > 0) continue;  // it says where something is
     if (take_header(text, has_cells)) return;
     if (!is_doubtful(with_joined_units(text), has_cells)) continue;
     doubtful_comment_ = comment;
@@ -241,6 +242,15 @@ bool table_reader::is_comment(std::string_view line) const {
     return to_number(cells[column], false) || to_number(cells[column], true);
   };
   return cells.size() != names_.size() || !is_number(*columns_.x) || !is_number(*columns_.y);
+}
+
+// Tags of trees begin with a sign in all rows or in none: one of a kind may be a row that was left out.
+void table_reader::require_same_sign(std::string_view line) {
+  const bool has_sign = comment_of(trim(line)).has_value();
+  if (rows_have_sign_.value_or(has_sign) != has_sign)
+    fail_at_row(has_sign ? "may be a row or a comment" : "has no sign in front, unlike the rows before",
+                "Begin no row with a sign of comments, or every one; put a blank behind that of a comment");
+  rows_have_sign_ = has_sign;
 }
 
 // Whether a line is passed over: blank, a comment, or a count.
@@ -441,6 +451,7 @@ bool table_reader::next() {
       continue;
     }
     blocks_.add_row();
+    require_same_sign(line);
     const std::size_t cells = cut(line, separator_, row_names_, cells_, needed_cells_);
     if (!has_header() || cells == names_.size()) return true;
     cut(line, separator_, row_names_, cells_, all_cells);

@@ -80,6 +80,7 @@ class table_reader {
   static std::size_t cut(std::string_view line, char separator, std::size_t row_names,
                          std::vector<std::string_view>& cells, std::size_t max_cells);
   bool is_comment(std::string_view line) const;
+  void require_same_sign(std::string_view line);
   bool is_no_row(std::string_view line) const;
   bool is_count(std::string_view line) const;
 
@@ -97,7 +98,8 @@ class table_reader {
   bool decimal_comma_ = false;
   std::size_t row_names_ = 0;  // cells before those that have names
   std::size_t needed_cells_ = std::size_t(-1);
-  std::string line_;  // the current row
+  std::optional<bool> rows_have_sign_;  // of comments, in front
+  std::string line_;                    // the current row
   std::size_t line_number_ = 0;
   std::vector<std::string_view> cells_;
 };

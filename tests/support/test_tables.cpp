@@ -164,12 +164,15 @@ TEST_CASE("columns of one set are chosen, never a mixture") {
   require_refused("easting,northing,h,H\n1,2,3,4\n", "'easting,northing,h,H'");
 }
 
-TEST_CASE("a row whose first cell begins with the sign of a comment is a row") {
+TEST_CASE(
+    "rows whose first cells all begin with the sign of a comment are rows, and one alone may be either") {
   for (const std::string sign : {"#", "%", "!"}) {
-    require_map("tag,x,y\n" + sign + "1,1.5,-2\n2,4,5.25\n");
+    require_map("tag,x,y\n" + sign + "1,1.5,-2\n" + sign + "2,4,5.25\n");
     require_map("tag;x;y\n" + sign + "1;1,5;-2\n" + sign + "2;4;5,25\n");
     require_map("tag,x,y\n1,1.5,-2\n" + sign + "3, 4, note\n2,4,5.25\n");
-    require_scan("tag x y z\n" + sign + "1 1.5 -2 3\n2 4 5.25 -6\n");
+    require_scan("tag x y z\n" + sign + "1 1.5 -2 3\n" + sign + "2 4 5.25 -6\n");
+    require_refused("tag x y z\n1 1.5 -2 3\n" + sign + "2 4 5.25 -6\n", "line 3 may be a row or a comment");
+    require_refused("tag x y z\n" + sign + "1 1.5 -2 3\n2 4 5.25 -6\n", "line 3 has no sign in front");
   }
   require_map("x,y\n#1,2\n1.5,-2\n4,5.25\n");
 }
@@ -312,6 +315,19 @@ TEST_CASE("a comment of prose that holds the words of coordinates is harmless") 
        {"Plot North East", "Plot 7 North East Bavaria", "Site X North", "Plot 7 elevation east north"})
     require_scan("# " + std::string(prose) + "\n1.5 -2 3\n4 5.25 -6\n");
   require_map("# Plot North East\nid,x,y\n7,1.5,-2\n8,4,5.25\n");
+}
+
+TEST_CASE("of stems x and y are taken, whatever the map coordinates beside them") {
+  require_map("x,y,dbh,easting,northing,elevation\n1.5,-2,0.3,500,600,7\n4,5.25,0.3,501,601,8\n");
+  require_map("easting,northing,elevation,x,y\n500,600,7,1.5,-2\n501,601,8,4,5.25\n");
+}
+
+TEST_CASE("a comment that says where something is names no columns") {
+  for (const char* place : {"# x 691000 y 5334000 z 500", "# Offset: x 691000 y 5334000 z 500",
+                            "# Position: lat 48.123 lon 11.456 alt 523.4"})
+    require_scan(std::string(place) + "\n1.5 -2 3 7 8 9\n4 5.25 -6 7 8 9\n");
+  require_map("# plot center: x 500 y 300\nid,x,y,dbh\n1,1.5,-2,0.3\n2,4,5.25,0.3\n");
+  require_scan("# 4 columns: t x y z\n1 1.5 -2 3\n2 4 5.25 -6\n");
 }
 
 TEST_CASE("a row behind the sign of a comment and a blank is a comment") {
