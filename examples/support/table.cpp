@@ -54,8 +54,7 @@ std::string_view remedy_of(table_of kind) {
 
 bool is_unknown_number(double number) {
   constexpr double numbers[] = {-9999, -99999, -999999, -32768, -2147483648.};
-  constexpr double no_length =
-      1e30;  // the largest numbers of single and double precision stand for none, too
+  constexpr double no_length = 1e30;  // the largest floats and doubles stand for none, too
   return std::isnan(number) || (std::isfinite(number) && std::abs(number) >= no_length) ||
          std::find(std::begin(numbers), std::end(numbers), number) != std::end(numbers);
 }
@@ -451,7 +450,7 @@ bool table_reader::next() {
       continue;
     }
     blocks_.add_row();
-    require_same_sign(line);
+    if (has_header()) require_same_sign(line);
     const std::size_t cells = cut(line, separator_, row_names_, cells_, needed_cells_);
     if (!has_header() || cells == names_.size()) return true;
     cut(line, separator_, row_names_, cells_, all_cells);

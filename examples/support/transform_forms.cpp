@@ -110,10 +110,13 @@ void print_notes_on_cloudcompare(const centred_transform& centred, std::ostream&
     out << "for CloudCompare the transform is target = R (p - c) + c + t, c = " << to_text(centred.center)
         << ", t = " << to_text(centred.shift) << '\n';
   constexpr double max_step = 0.001;  // [m]
-  if (const double step = step_of_float(centred.shift.cwiseAbs().maxCoeff()); step > max_step)
-    out << "warning: CloudCompare computes in single precision: so far from the source it rounds coordinates "
-           "to "
-        << std::setprecision(1) << step << " m; register_scans --write, or PDAL, keeps them\n";
+  const double step = step_of_float(centred.shift.cwiseAbs().maxCoeff());
+  if (step <= max_step) return;
+  std::ostringstream rounded;  // keeps the precision of `out`
+  rounded << std::setprecision(2) << step;
+  out << "warning: CloudCompare computes in single precision: so far from the source it rounds coordinates "
+         "to "
+      << rounded.str() << " m; register_scans --write, or PDAL, keeps them\n";
 }
 
 void remove_earlier(const std::filesystem::path& path) {
